@@ -404,9 +404,12 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
   if (ranks && options.backend == "reference")
     throw RanksError("the reference runs on one rank: start it without mpirun");
   Scene scene = load_scene(options.scene, options.overrides);
-  if (ranks && std::any_of(scene.output.probes.begin(), scene.output.probes.end(),
-                           [](const ProbeScene& p) { return p.kind == ProbeScene::Kind::body; }))
-    throw RanksError("probes of bodies are not available over several ranks: remove them, or start it without mpirun");
+  if ((ranks || options.backend == "reference") &&
+      std::any_of(scene.output.probes.begin(), scene.output.probes.end(),
+                  [](const ProbeScene& p) { return p.kind == ProbeScene::Kind::body; }))
+    throw RanksError(
+        "probes of bodies are not available over several ranks and with the reference: remove them, or run the solver "
+        "without mpirun");
   if (options.until) {
     scene.time.end = *options.until;
     if (const auto often = too_often(scene))

@@ -36,7 +36,7 @@ void Recorder::step(const StepReport& report) {
   stats_->write({report, pipeline_->milliseconds(), pipeline_->step_milliseconds()});
   if (probes_)
     probes_->step(
-        report, [&] { return backend_->body_loads(report.dt); }, [&] { return backend_->download(); });
+        report, [&] { return backend_->body_loads(report.dt); }, [&] { return state(); });
   mass_error_ = static_cast<double>(report.mass_total() - pipeline_->initial_total()) * model_.quantum;
 }
 
@@ -46,12 +46,16 @@ void Recorder::failed(const RunFailure& failure) {
                          failure.info.step, failure.info.time, failure.what()));
 }
 
+HostState Recorder::state() const {
+  HostState state = backend_->download();
+  pipeline_->mark(state);
+  return state;
+}
+
 void Recorder::frame() {
   if (last_frame_step_ == pipeline_->step_index()) return;
   frames_->wait();
-  HostState state = backend_->download();
-  pipeline_->mark(state);
-  frames_->write(std::move(state));
+  frames_->write(state());
   last_frame_step_ = pipeline_->step_index();
 }
 

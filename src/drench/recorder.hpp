@@ -37,6 +37,8 @@ class Recorder {
   std::filesystem::path finish();
 
  private:
+  HostState state() const;
+
   const Model& model_;
   const Backend* backend_;
   const Pipeline* pipeline_;

@@ -56,8 +56,7 @@ std::vector<double> fitted_pressure(const Model& model, const HostState& state, 
   std::vector<std::size_t> particle;  // of the grid's points; those that are not finite have no cell
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3& x = state.fluid_position[i];
-    own[i] = model.rest_density *
-             (value_or_zero(state.fluid_kappa_density, i) + value_or_zero(state.fluid_kappa_divergence, i));
+    own[i] = particle_pressure(model, state, i);
     fitted[i] = own[i];
     if (!std::isfinite(x[0] + x[1] + x[2] + own[i])) continue;
     grid.add(x);

@@ -68,4 +68,10 @@ T value_or_zero(const std::vector<T>& values, std::size_t i) {
   return i < values.size() ? values[i] : T{};
 }
 
+/// Pa: the sum of what both pressure solves leave at particle i.
+inline double particle_pressure(const Model& model, const HostState& state, std::size_t i) {
+  return model.rest_density *
+         (value_or_zero(state.fluid_kappa_density, i) + value_or_zero(state.fluid_kappa_divergence, i));
+}
+
 }  // namespace drench

@@ -25,83 +25,96 @@ constexpr double line_steps = 4;  // per spacing
 
 std::string number(double value) { return fmt::format(",{:.9g}", value); }
 
-}  // namespace
+/// The number of the part with this name; −1 if there is none.
+template <class Part>
+Index numbered(const std::vector<Part>& parts, const std::string& name) {
+  const auto found = std::find_if(parts.begin(), parts.end(), [&](const Part& part) { return part.name == name; });
+  return found == parts.end() ? -1 : static_cast<Index>(found - parts.begin());
+}
 
-struct LiquidProbe::Points {
-  PointGrid liquid, walls;
-  std::vector<std::size_t> particle;  // of the grid's points
-  explicit Points(double edge) : liquid(edge), walls(edge) {}
+/// The liquid near a point, from particles within a radius of it.
+struct LiquidAt {
+  double pressure = 0;     // Pa: a linear fit's value there; 0 where no liquid is near
+  Vec3 velocity{0, 0, 0};  // m/s: the same
+  double filling = 0;      // 1: Σ V W, over what solids leave of it
 };
 
-LiquidProbe::LiquidProbe(const Model& model, const HostState& state, double largest_radius)
-    : model_(model), state_(state), points_(std::make_unique<Points>(std::max(model.support, largest_radius))) {
-  for (std::size_t i = 0; i < state.fluid_position.size(); ++i) {
-    const Vec3& x = state.fluid_position[i];
-    if (!std::isfinite(x[0] + x[1] + x[2])) continue;
-    points_->liquid.add(x);
-    points_->particle.push_back(i);
+/// The particles of a state around some places, for many questions.
+class LiquidNear {
+ public:
+  /// `reach` (m): the largest radius of a question, at least the support radius.
+  LiquidNear(const Model& model, const HostState& state, const std::vector<Vec3>& places, double reach)
+      : model_(model), state_(state), liquid_(reach), walls_(reach) {
+    Eigen::AlignedBox3d region;
+    for (const Vec3& x : places) region.extend(to_eigen(x));
+    const Vector3d margin = Vector3d::Constant(reach);
+    region = {region.min() - margin, region.max() + margin};
+    const auto keep = [&](const std::vector<Vec3>& all, PointGrid& grid, std::vector<std::size_t>& kept) {
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        if (!region.contains(to_eigen(all[i]))) continue;
+        grid.add(all[i]);
+        kept.push_back(i);
+      }
+    };
+    keep(state.fluid_position, liquid_, particle_);
+    keep(state.boundary_position, walls_, sample_);
   }
-  for (const Vec3& x : state.boundary_position)
-    if (std::isfinite(x[0] + x[1] + x[2])) points_->walls.add(x);
-}
-LiquidProbe::~LiquidProbe() = default;
 
-LiquidAt LiquidProbe::at(const Vec3& x, double radius) const {
-  const double h = model_.support, reach = std::max(h, radius);
-  const Vector3d here = to_eigen(x);
-  const auto around = [&](double r) {
-    return std::pair<Vec3, Vec3>{{x[0] - r, x[1] - r, x[2] - r}, {x[0] + r, x[1] + r, x[2] + r}};
-  };
-  LiquidAt found;
-  double filled = 0, solid = 0;
-  Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();
-  Eigen::Matrix4d values = Eigen::Matrix4d::Zero();  // a column each: pressure and velocity
-  double weight = 0;
-  const auto [low, high] = around(reach);
-  points_->liquid.for_box(low, high, [&](Index g) {
-    const std::size_t i = points_->particle[static_cast<std::size_t>(g)];
-    const Vector3d r = to_eigen(state_.fluid_position[i]) - here;
-    const double volume = static_cast<double>(state_.fluid_mass[i]) * model_.quantum / model_.rest_density;
-    if (r.norm() < h) filled += volume * kernel_value(model_.scene.fluid.kernel, r.norm(), h);
-    const double t = 1 - r.squaredNorm() / (reach * reach);
-    if (t <= 0) return;
-    const double w = t * t * volume;
-    const Eigen::Vector4d basis(1, r[0] / reach, r[1] / reach, r[2] / reach);
-    const double p = model_.rest_density *
-                     (value_or_zero(state_.fluid_kappa_density, i) + value_or_zero(state_.fluid_kappa_divergence, i));
-    const Vec3& v = state_.fluid_velocity[i];
-    weight += w;
-    moments += w * basis * basis.transpose();
-    values += w * basis * Eigen::RowVector4d(p, v[0], v[1], v[2]);
-  });
-  if (weight == 0) return found;
-  // Where particles are few or in a plane, the fit bends towards their mean.
-  moments.diagonal().tail<3>().array() += 1e-3 * weight;
-  const Eigen::Matrix4d fit = moments.ldlt().solve(values);
-  found.pressure = std::max(0.0, fit(0, 0));
-  for (int a = 0; a < 3; ++a) found.velocity[static_cast<std::size_t>(a)] = fit(0, a + 1);
-  const auto [near_low, near_high] = around(h);
-  points_->walls.for_box(near_low, near_high, [&](Index b) {
-    const double r = (to_eigen(points_->walls.points()[static_cast<std::size_t>(b)]) - here).norm();
-    if (r < h)
-      solid += state_.boundary_volume[static_cast<std::size_t>(b)] * kernel_value(model_.scene.fluid.kernel, r, h);
-  });
-  found.filling = filled / std::max(0.4, 1 - solid);
-  return found;
-}
+  LiquidAt at(const Vec3& x, double radius) const {
+    const KernelKind kernel = model_.scene.fluid.kernel;
+    const double h = model_.support, reach = std::max(h, radius);
+    const Vector3d here = to_eigen(x), margin = Vector3d::Constant(reach);
+    const Vec3 low = to_vec3(here - margin), high = to_vec3(here + margin);
+    double filled = 0, weight = 0, solid = 0;
+    Eigen::Matrix4d moments = Eigen::Matrix4d::Zero(), values = moments;  // values: a column for p and each of v
+    liquid_.for_box(low, high, [&](Index g) {
+      const std::size_t i = particle_[static_cast<std::size_t>(g)];
+      const Vector3d r = to_eigen(state_.fluid_position[i]) - here;
+      const double volume = static_cast<double>(state_.fluid_mass[i]) * model_.quantum / model_.rest_density;
+      if (r.norm() < h) filled += volume * kernel_value(kernel, r.norm(), h);
+      const double t = 1 - r.squaredNorm() / (reach * reach);
+      if (t <= 0) return;
+      const double w = t * t * volume;
+      const Eigen::Vector4d basis(1, r[0] / reach, r[1] / reach, r[2] / reach);
+      const Vec3& v = state_.fluid_velocity[i];
+      weight += w;
+      moments += w * basis * basis.transpose();
+      values += w * basis * Eigen::RowVector4d(particle_pressure(model_, state_, i), v[0], v[1], v[2]);
+    });
+    LiquidAt found;
+    if (weight == 0) return found;
+    // Where particles are few or in a plane, the fit bends towards their mean.
+    moments.diagonal().tail<3>().array() += 1e-3 * weight;
+    const Eigen::Matrix4d fit = moments.ldlt().solve(values);
+    found.pressure = std::max(0.0, fit(0, 0));
+    for (int a = 0; a < 3; ++a) found.velocity[static_cast<std::size_t>(a)] = fit(0, a + 1);
+    walls_.for_box(low, high, [&](Index g) {
+      const std::size_t b = sample_[static_cast<std::size_t>(g)];
+      const double r = (to_eigen(state_.boundary_position[b]) - here).norm();
+      if (r < h) solid += state_.boundary_volume[b] * kernel_value(kernel, r, h);
+    });
+    found.filling = filled / std::max(0.4, 1 - solid);
+    return found;
+  }
 
-namespace {
+ private:
+  const Model& model_;
+  const HostState& state_;
+  PointGrid liquid_, walls_;
+  std::vector<std::size_t> particle_, sample_;  // of the grids' points
+};
 
 /// Where a line leaves the liquid for the last time, and how much of it is in liquid, m from its first end.
-std::array<double, 2> height_and_depth(const LiquidProbe& liquid, const ProbeScene& probe, double spacing) {
+std::array<double, 2> height_and_depth(const Model& model, const HostState& state, const ProbeScene& probe) {
+  const LiquidNear liquid(model, state, {probe.position, probe.end}, model.support);
   const Vector3d from = to_eigen(probe.position), way = to_eigen(probe.end) - from;
   const double length = way.norm();
-  const auto steps = static_cast<std::int64_t>(std::ceil(line_steps * length / spacing));
+  const auto steps = static_cast<std::int64_t>(std::ceil(line_steps * length / model.spacing));
   const double step = length / static_cast<double>(steps);
   double height = 0, depth = 0, before = 0;
   for (std::int64_t k = 0; k <= steps; ++k) {
     const double s = static_cast<double>(k) * step;
-    const double filling = liquid.at(to_vec3(from + s / length * way)).filling;
+    const double filling = liquid.at(to_vec3(from + s / length * way), 0).filling;
     if (k > 0 && (filling >= full || before >= full)) {
       const double crossing = filling == before ? 0 : std::clamp((full - before) / (filling - before), 0.0, 1.0);
       const double wet = filling >= full ? (before >= full ? 1 : 1 - crossing) : crossing;
@@ -122,6 +135,7 @@ ProbeCsv::ProbeCsv(const fs::path& file, const Model& model, double after)
   last_place_.resize(probes.size());
   passed_.resize(probes.size());
   for (const ProbeScene& p : probes) {
+    target_.push_back(p.kind == ProbeKind::body ? numbered(model.bodies, p.of) : numbered(model.scene.cloths, p.of));
     has_bodies_ = has_bodies_ || p.kind == ProbeKind::body;
     has_states_ = has_states_ || p.kind == ProbeKind::point || p.kind == ProbeKind::cloth;
   }
@@ -198,13 +212,10 @@ void ProbeCsv::add_loads(double dt, const std::vector<std::optional<BodyLoad>>& 
   const std::vector<ProbeScene>& probes = model_.scene.output.probes;
   for (std::size_t k = 0; k < probes.size(); ++k) {
     if (probes[k].kind != ProbeKind::body) continue;
-    for (std::size_t b = 0; b < model_.bodies.size() && b < loads.size(); ++b) {
-      if (model_.bodies[b].name != probes[k].of || !loads[b]) continue;
-      const BodyLoad& l = *loads[b];
-      for (std::size_t a = 0; a < 3; ++a) {
-        sum_[k][a] += dt * (l.liquid_force[a] + l.cloth_force[a] + l.attached_force[a] + l.contact_force[a]);
-        sum_[k][3 + a] += dt * (l.liquid_torque[a] + l.cloth_torque[a] + l.attached_torque[a] + l.contact_torque[a]);
-      }
+    const BodyLoad& l = loads.at(static_cast<std::size_t>(target_[k])).value();
+    for (std::size_t a = 0; a < 3; ++a) {
+      sum_[k][a] += dt * (l.liquid_force[a] + l.cloth_force[a] + l.attached_force[a] + l.contact_force[a]);
+      sum_[k][3 + a] += dt * (l.liquid_torque[a] + l.cloth_torque[a] + l.attached_torque[a] + l.contact_torque[a]);
     }
   }
 }
@@ -212,23 +223,26 @@ void ProbeCsv::add_loads(double dt, const std::vector<std::optional<BodyLoad>>& 
 /// Pressures of single steps scatter, because two solves share them: their mean over time does not.
 void ProbeCsv::add_state(double dt, const HostState& state) {
   const std::vector<ProbeScene>& probes = model_.scene.output.probes;
-  double largest = 0;
-  for (const ProbeScene& p : probes)
-    if (p.kind == ProbeKind::point) largest = std::max(largest, p.radius);
-  std::optional<LiquidProbe> liquid;
+  std::vector<Vec3> places;
+  double reach = model_.support;
+  for (const ProbeScene& p : probes) {
+    if (p.kind != ProbeKind::point) continue;
+    places.push_back(p.position);
+    reach = std::max(reach, p.radius);
+  }
+  const LiquidNear liquid(model_, state, places, reach);
   for (std::size_t k = 0; k < probes.size(); ++k) {
     const ProbeScene& p = probes[k];
     std::array<double, 6>& sum = sum_[k];
     if (p.kind == ProbeKind::point) {
-      if (!liquid) liquid.emplace(model_, state, largest);
-      const LiquidAt at = liquid->at(p.position, p.radius);
+      const LiquidAt at = liquid.at(p.position, p.radius);
       sum[0] += dt * at.pressure;
       for (std::size_t a = 0; a < 3; ++a) sum[1 + a] += dt * at.velocity[a];
       sum[4] += dt * at.filling;
     }
     if (p.kind != ProbeKind::cloth) continue;
     for (std::size_t n = 0; n < state.node_position.size(); ++n) {
-      if (!is_of(n, p)) continue;
+      if (model_.mesh.node_cloth[n] != target_[k]) continue;
       for (std::size_t a = 0; a < 3; ++a) {
         sum[a] += dt * value_or_zero(state.node_pin_force, n)[a];
         sum[3 + a] +=
@@ -236,10 +250,6 @@ void ProbeCsv::add_state(double dt, const HostState& state) {
       }
     }
   }
-}
-
-bool ProbeCsv::is_of(std::size_t node, const ProbeScene& probe) const {
-  return model_.scene.cloths[static_cast<std::size_t>(model_.mesh.node_cloth[node])].name == probe.of;
 }
 
 /// The mass (kg) that has passed a disc since the last row.
@@ -266,7 +276,6 @@ double ProbeCsv::passed_since(std::size_t k, const HostState& state) {
 
 void ProbeCsv::write(const HostState& state) {
   const std::vector<ProbeScene>& probes = model_.scene.output.probes;
-  std::optional<LiquidProbe> liquid;
   std::string row = fmt::format("{:.10g}", state.time);
   for (std::size_t k = 0; k < probes.size(); ++k) {
     const ProbeScene& p = probes[k];
@@ -281,8 +290,7 @@ void ProbeCsv::write(const HostState& state) {
         means(6);
         break;
       case ProbeKind::line: {
-        if (!liquid) liquid.emplace(model_, state);
-        const auto [height, depth] = height_and_depth(*liquid, p, model_.spacing);
+        const auto [height, depth] = height_and_depth(model_, state, p);
         row += number(height) + number(depth);
         break;
       }
@@ -295,7 +303,7 @@ void ProbeCsv::write(const HostState& state) {
       case ProbeKind::cloth: {
         double mass = 0, capacity = 0;
         for (std::size_t n = 0; n < state.node_position.size(); ++n) {
-          if (!is_of(n, p)) continue;
+          if (model_.mesh.node_cloth[n] != target_[k]) continue;
           mass += static_cast<double>(value_or_zero(state.node_liquid, n)) * model_.quantum;
           capacity += value_or_zero(model_.samples.node_capacity, n);
         }
