@@ -25,6 +25,7 @@ namespace drench::testing {
 namespace {
 
 using Eigen::Vector3d;
+using test::box_mesh;
 using test::TestMesh;
 
 std::string obj_of(const TestMesh& mesh, double scale = 1) {
@@ -53,15 +54,6 @@ Body body_of(const SolidMesh& solid, const SurfaceMesh& mesh) {
 Body solid_of(const TestMesh& mesh) {
   const SurfaceMesh surface = surface_of(mesh);
   return body_of(close_mesh(surface), surface);
-}
-
-TestMesh box_mesh(const Vector3d& low, const Vector3d& high) {
-  TestMesh mesh;
-  for (int k = 0; k < 8; ++k)
-    mesh.points.emplace_back((k & 1 ? high : low)[0], (k & 2 ? high : low)[1], (k & 4 ? high : low)[2]);
-  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  return mesh;
 }
 
 TestMesh both(TestMesh a, const TestMesh& b) {

@@ -31,16 +31,6 @@ std::string file_of(const std::string& name, const TestMesh& mesh) {
   return path.string();
 }
 
-/// A solid box of 12 triangles.
-TestMesh box_mesh(const Vector3d& low, const Vector3d& high) {
-  TestMesh mesh;
-  for (int k = 0; k < 8; ++k)
-    mesh.points.emplace_back(k & 1 ? high[0] : low[0], k & 2 ? high[1] : low[1], k & 4 ? high[2] : low[2]);
-  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  return mesh;
-}
-
 /// An angular cup: a box of 0.1 m with a hole of 0.08 m that is open above.
 TestMesh cup_mesh() {
   TestMesh mesh = box_mesh({-0.05, 0, -0.05}, {0.05, 0.1, 0.05});

@@ -1,5 +1,5 @@
 #pragma once
-// A ball of triangles for tests, and sequences of mesh files whose points go where a function says.
+// A ball and a box of triangles for tests, and sequences of mesh files whose points go where a function says.
 
 #include <fmt/format.h>
 
@@ -42,6 +42,16 @@ inline TestMesh ball_mesh(int levels) {
     }
     mesh.triangles = std::move(finer);
   }
+  return mesh;
+}
+
+/// A solid box of 12 triangles.
+inline TestMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  TestMesh mesh;
+  for (int k = 0; k < 8; ++k)
+    mesh.points.emplace_back((k & 1 ? high : low)[0], (k & 2 ? high : low)[1], (k & 4 ? high : low)[2]);
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   return mesh;
 }
 

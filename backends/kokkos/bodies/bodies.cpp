@@ -67,8 +67,7 @@ KOKKOS_INLINE_FUNCTION RigidState steady(const RigidBody& body, double t) {
           rotation_by(times(t, body.rest_spin))};
 }
 
-Vec3 plain(const Double3& a) { return {a.x, a.y, a.z}; }
-RigidMotion plain(const RigidState& s) {
+RigidMotion motion_of(const RigidState& s) {
   return {plain(s.position),
           plain(s.velocity),
           plain(s.spin),
@@ -87,7 +86,7 @@ void move_dynamic_bodies(Bodies& bodies, double t, double dt) {
   std::vector<RigidState> keyed, end = start;
   if (bodies.keyed.extent(0) > 0) keyed = to_host<RigidState>(bodies.keyed, bodies.count);
   std::vector<RigidMotion> motion;
-  for (const RigidState& s : start) motion.push_back(plain(s));
+  for (const RigidState& s : start) motion.push_back(motion_of(s));
   const std::vector<ContactImpulse> contacts = bodies.contacts->advance(motion, dt);
   for (std::size_t b = 0; b < end.size(); ++b) {
     const RigidBody& body = bodies.constant_on_host[b];

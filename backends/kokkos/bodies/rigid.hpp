@@ -11,6 +11,7 @@ struct Quaternion {
 };
 
 inline Double3 to_double(const Vec3& a) { return {a[0], a[1], a[2]}; }
+inline Vec3 plain(const Double3& a) { return {a.x, a.y, a.z}; }
 
 /// v rotate by q.
 KOKKOS_INLINE_FUNCTION Double3 rotate(const Quaternion& q, const Double3& v) {

@@ -12,7 +12,6 @@
 namespace drench::kokkos_backend {
 namespace {
 
-Vec3 plain(const Double3& a) { return {a.x, a.y, a.z}; }
 Double3 inverse(const Vec3& a) { return a[0] > 0 ? Double3{1 / a[0], 1 / a[1], 1 / a[2]} : Double3{}; }
 
 Solid solid_of(const Body& b) {
