@@ -1,7 +1,6 @@
 """Writes a scene file of libWetCloth (.xml) as a scene of drench, with its mesh files. `drench import FILE` starts it. The meaning of
 every key is that of libWetCloth's own source (App/TwoDSceneXMLParser.cpp, Core/)."""
 
-import argparse
 import difflib
 import math
 import sys
@@ -14,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from distance_shapes import (Capsule, Cylinder, Intersection, Inverse, RoundedBox, Sphere, Union, scaled_to_volume, surface)
 from refusal import fail
 from scene_files import (Missing, Output, add, along_axes, bounds, cross, dot, find_file, length, minus, read_obj, rotation, times,
-                         turned)
+                         turned, run_reader)
 
 CM, GRAM_PER_CM3, DYN_PER_CM, BARYE = 0.01, 1000.0, 1e-3, 0.1  # in SI
 SPACING = 0.38 / 0.3535533906  # of the cell times particleCellMultiplier: the mean distance of libWetCloth's liquid particles
@@ -874,19 +873,5 @@ class Importer:
         return box_of((minus(low, (margin,) * 3), add(high, (margin,) * 3)))
 
 
-def main():
-    parser = argparse.ArgumentParser(prog="read_libwetcloth.py", description=__doc__)
-    parser.add_argument("file", type=Path)
-    parser.add_argument("folder", type=Path, nargs="?")
-    options = parser.parse_args()
-    try:
-        Importer(options.file, options.folder).run()
-        sys.stdout.flush()
-    except BrokenPipeError:  # the reader of the list has seen enough; the scene is written
-        sys.stderr.close()
-    except OSError as error:
-        fail(f"{error.filename or options.folder or options.file}: cannot be written: {error.strerror}")
-
-
 if __name__ == "__main__":
-    main()
+    run_reader("read_libwetcloth.py", __doc__, Importer)

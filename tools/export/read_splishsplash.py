@@ -1,7 +1,6 @@
 """Writes a scene file of SPlisHSPlasH (.json) as a scene of drench, with its mesh and particle files. `drench import FILE` starts it.
 The meaning of every key is that of SPlisHSPlasH's own source (Simulator/SimulatorBase.cpp, SPlisHSPlasH/)."""
 
-import argparse
 import difflib
 import math
 import sys
@@ -15,7 +14,7 @@ from bgeo_particles import read_bgeo
 from json_lines import Array, Object, read_json
 from refusal import fail
 from scene_files import (Missing, Output, add, along_axes, bounds, find_file, minus, read_obj, rotation, times, turned,
-                         volume_of)
+                         volume_of, run_reader)
 
 VIEW = "only for SPlisHSPlasH's window and export"
 SOLVER = "a setting of SPlisHSPlasH's solvers and boundaries"
@@ -414,19 +413,5 @@ def is_closed(triangles):
     return all(count == 2 for count in edges.values())
 
 
-def main():
-    parser = argparse.ArgumentParser(prog="read_splishsplash.py", description=__doc__)
-    parser.add_argument("file", type=Path)
-    parser.add_argument("folder", type=Path, nargs="?")
-    options = parser.parse_args()
-    try:
-        Importer(options.file, options.folder).run()
-        sys.stdout.flush()
-    except BrokenPipeError:  # the reader of the list has seen enough; the scene is written
-        sys.stderr.close()
-    except OSError as error:
-        fail(f"{error.filename or options.folder or options.file}: cannot be written: {error.strerror}")
-
-
 if __name__ == "__main__":
-    main()
+    run_reader("read_splishsplash.py", __doc__, Importer)

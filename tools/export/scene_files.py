@@ -1,10 +1,12 @@
 """What the readers of other programs' scenes share: the text of a drench scene, its mesh files, and the list of what the scene
 cannot express. Needs no module besides Python's own."""
 
+import argparse
 import json
 import math
 import re
 import struct
+import sys
 from pathlib import Path
 
 from refusal import fail
@@ -221,3 +223,18 @@ def bounds(points):
 
 def volume_of(points, triangles):
     return sum(dot(points[a], cross(points[b], points[c])) for a, b, c in triangles) / 6
+
+
+def run_reader(name, meaning, importer):
+    """The program of a reader: `importer(file, folder).run()` writes the scene and prints what it cannot express."""
+    parser = argparse.ArgumentParser(prog=name, description=meaning)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("folder", type=Path, nargs="?")
+    options = parser.parse_args()
+    try:
+        importer(options.file, options.folder).run()
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader of the list has seen enough; the scene is written
+        sys.stderr.close()
+    except OSError as error:
+        fail(f"{error.filename or options.folder or options.file}: cannot be written: {error.strerror}")
