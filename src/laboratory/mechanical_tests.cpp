@@ -365,55 +365,55 @@ void drying_rate(Trial& trial) {
 }  // namespace
 
 StandardTest drying_rate_test() {
-  return {"iso17617",
-          {"drying"},
-          "ISO 17617 A",
-          "drying rate of 0.3 mL of water in a hanging specimen",
-          "place of the water",
-          false,
-          true,
-          2,
-          {"time (min)", "residual water (g)", "residual water (%)", "wet area (cm2)"},
-          drying_rate};
+  return {.name = "iso17617",
+          .aliases = {"drying"},
+          .standard = "ISO 17617 A",
+          .title = "drying rate of 0.3 mL of water in a hanging specimen",
+          .varied = "place of the water",
+          .directions = false,
+          .porous = true,
+          .repeats = 2,
+          .columns = {"time (min)", "residual water (g)", "residual water (%)", "wet area (cm2)"},
+          .run = drying_rate};
 }
 
 StandardTest drape_test() {
-  return {"iso9073-9",
-          {"drape", "cusick"},
-          "ISO 9073-9",
-          "drape coefficient on a Cusick drape tester",
-          "mesh, and the unevenness of 0.1 mm at which folds begin",
-          false,
-          false,
-          3,
-          {"time (s)", "drape coefficient (%)"},
-          drape};
+  return {.name = "iso9073-9",
+          .aliases = {"drape", "cusick"},
+          .standard = "ISO 9073-9",
+          .title = "drape coefficient on a Cusick drape tester",
+          .varied = "mesh, and the unevenness of 0.1 mm at which folds begin",
+          .directions = false,
+          .porous = false,
+          .repeats = 3,
+          .columns = {"time (s)", "drape coefficient (%)"},
+          .run = drape};
 }
 
 StandardTest tensile_test() {
-  return {"iso13934-1",
-          {"tensile"},
-          "ISO 13934-1",
-          "tensile force of a strip up to 5 %",
-          "mesh width",
-          true,
-          false,
-          2,
-          {"extension (mm)", "strain (%)", "force (N)"},
-          tensile};
+  return {.name = "iso13934-1",
+          .aliases = {"tensile"},
+          .standard = "ISO 13934-1",
+          .title = "tensile force of a strip up to 5 %",
+          .varied = "mesh width",
+          .directions = true,
+          .porous = false,
+          .repeats = 2,
+          .columns = {"extension (mm)", "strain (%)", "force (N)"},
+          .run = tensile};
 }
 
 StandardTest cantilever_test() {
-  return {"iso9073-7",
-          {"astm-d1388", "cantilever"},
-          "ISO 9073-7",
-          "bending length of a cantilever (ASTM D1388)",
-          "mesh width",
-          true,
-          false,
-          2,
-          {"cells (1)", "overhang (mm)", "angle (degrees)"},
-          cantilever};
+  return {.name = "iso9073-7",
+          .aliases = {"astm-d1388", "cantilever"},
+          .standard = "ISO 9073-7",
+          .title = "bending length of a cantilever (ASTM D1388)",
+          .varied = "mesh width",
+          .directions = true,
+          .porous = false,
+          .repeats = 2,
+          .columns = {"cells (1)", "overhang (mm)", "angle (degrees)"},
+          .run = cantilever};
 }
 
 }  // namespace drench

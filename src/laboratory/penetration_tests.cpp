@@ -287,68 +287,69 @@ void strike_through(Trial& trial) {
 }  // namespace
 
 StandardTest spray_test() {
-  return {"aatcc22",
-          {"spray"},
-          "AATCC TM22",
-          "wetting by a spray, at 45 degrees",
-          "place of the spray within a cell of the mesh",
-          false,
-          true,
-          2,
-          {"time (s)", "sprayed water (g)", "water in the specimen (g)", "water that passed (g)", "wet part (%)"},
-          spray};
+  return {.name = "aatcc22",
+          .aliases = {"spray"},
+          .standard = "AATCC TM22",
+          .title = "wetting by a spray, at 45 degrees",
+          .varied = "place of the spray within a cell of the mesh",
+          .directions = false,
+          .porous = true,
+          .repeats = 2,
+          .columns = {"time (s)", "sprayed water (g)", "water in the specimen (g)", "water that passed (g)",
+                      "wet part (%)"},
+          .run = spray};
 }
 
 StandardTest impact_penetration_test() {
-  return {"aatcc42",
-          {"impact-penetration"},
-          "AATCC TM42",
-          "penetration of a spray from 0.6 m into a blotter",
-          "place of the spray within a cell of the mesh",
-          false,
-          true,
-          2,
-          {"time (s)", "sprayed water (g)", "water in the specimen (g)", "water in the blotter (g)"},
-          impact_penetration};
+  return {.name = "aatcc42",
+          .aliases = {"impact-penetration"},
+          .standard = "AATCC TM42",
+          .title = "penetration of a spray from 0.6 m into a blotter",
+          .varied = "place of the spray within a cell of the mesh",
+          .directions = false,
+          .porous = true,
+          .repeats = 2,
+          .columns = {"time (s)", "sprayed water (g)", "water in the specimen (g)", "water in the blotter (g)"},
+          .run = impact_penetration};
 }
 
 StandardTest spray_impact_test() {
-  return {"iso9073-17",
-          {"spray-impact"},
-          "ISO 9073-17",
-          "penetration of a spray from 0.61 m into a blotter (nonwovens)",
-          "place of the spray within a cell of the mesh",
-          false,
-          true,
-          2,
-          {"time (s)", "sprayed water (g)", "water in the specimen (g)", "water in the blotter (g)"},
-          spray_impact};
+  return {.name = "iso9073-17",
+          .aliases = {"spray-impact"},
+          .standard = "ISO 9073-17",
+          .title = "penetration of a spray from 0.61 m into a blotter (nonwovens)",
+          .varied = "place of the spray within a cell of the mesh",
+          .directions = false,
+          .porous = true,
+          .repeats = 2,
+          .columns = {"time (s)", "sprayed water (g)", "water in the specimen (g)", "water in the blotter (g)"},
+          .run = spray_impact};
 }
 
 StandardTest hydrostatic_head_test() {
-  return {"iso811",
-          {"hydrostatic-head"},
-          "ISO 811",
-          "hydrostatic head at which water penetrates",
-          "position of the specimen within a particle spacing",
-          false,
-          true,
-          3,
-          {"head (cm)", "head (mbar)", "water that entered (g)"},
-          hydrostatic_head};
+  return {.name = "iso811",
+          .aliases = {"hydrostatic-head"},
+          .standard = "ISO 811",
+          .title = "hydrostatic head at which water penetrates",
+          .varied = "position of the specimen within a particle spacing",
+          .directions = false,
+          .porous = true,
+          .repeats = 3,
+          .columns = {"head (cm)", "head (mbar)", "water that entered (g)"},
+          .run = hydrostatic_head};
 }
 
 StandardTest strike_through_test() {
-  return {"iso9073-8",
-          {"strike-through"},
-          "ISO 9073-8",
-          "strike-through time of 5 mL",
-          "position of the specimen within a particle spacing",
-          false,
-          true,
-          2,
-          {"time (s)", "water above the specimen (g)", "water in the specimen (g)"},
-          strike_through};
+  return {.name = "iso9073-8",
+          .aliases = {"strike-through"},
+          .standard = "ISO 9073-8",
+          .title = "strike-through time of 5 mL",
+          .varied = "position of the specimen within a particle spacing",
+          .directions = false,
+          .porous = true,
+          .repeats = 2,
+          .columns = {"time (s)", "water above the specimen (g)", "water in the specimen (g)"},
+          .run = strike_through};
 }
 
 }  // namespace drench

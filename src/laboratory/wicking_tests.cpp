@@ -300,55 +300,56 @@ void wetback(Trial& trial) {
 }  // namespace
 
 StandardTest vertical_wicking_test() {
-  return {"aatcc197",
-          {"vertical-wicking"},
-          "AATCC TM197",
-          "vertical wicking of a hanging strip",
-          "water level within half a cell of the mesh",
-          true,
-          true,
-          3,
-          {"time (s)", "wicking height (mm)", "absorbed water (g)"},
-          vertical_wicking};
+  return {.name = "aatcc197",
+          .aliases = {"vertical-wicking"},
+          .standard = "AATCC TM197",
+          .title = "vertical wicking of a hanging strip",
+          .varied = "water level within half a cell of the mesh",
+          .directions = true,
+          .porous = true,
+          .repeats = 3,
+          .columns = {"time (s)", "wicking height (mm)", "absorbed water (g)"},
+          .run = vertical_wicking};
 }
 
 StandardTest horizontal_wicking_test() {
-  return {"aatcc198",
-          {"horizontal-wicking"},
-          "AATCC TM198",
-          "horizontal wicking of 1 mL of water",
-          "position of the water within a cell of the mesh",
-          false,
-          true,
-          2,
-          {"time (s)", "wet length (mm)", "wet width (mm)", "water on the fabric (g)", "absorbed water (g)"},
-          horizontal_wicking};
+  return {.name = "aatcc198",
+          .aliases = {"horizontal-wicking"},
+          .standard = "AATCC TM198",
+          .title = "horizontal wicking of 1 mL of water",
+          .varied = "position of the water within a cell of the mesh",
+          .directions = false,
+          .porous = true,
+          .repeats = 2,
+          .columns = {"time (s)", "wet length (mm)", "wet width (mm)", "water on the fabric (g)", "absorbed water (g)"},
+          .run = horizontal_wicking};
 }
 
 StandardTest drop_absorbency_test() {
-  return {"aatcc79",
-          {"drop"},
-          "AATCC TM79",
-          "time to absorb a drop of water",
-          "position of the drop within a cell of the mesh",
-          false,
-          true,
-          5,
-          {"time (s)", "water on the fabric (mg)", "absorbed water (mg)", "wet diameter (mm)"},
-          drop_absorbency};
+  return {.name = "aatcc79",
+          .aliases = {"drop"},
+          .standard = "AATCC TM79",
+          .title = "time to absorb a drop of water",
+          .varied = "position of the drop within a cell of the mesh",
+          .directions = false,
+          .porous = true,
+          .repeats = 5,
+          .columns = {"time (s)", "water on the fabric (mg)", "absorbed water (mg)", "wet diameter (mm)"},
+          .run = drop_absorbency};
 }
 
 StandardTest wetback_test() {
-  return {"iso9073-14",
-          {"wetback"},
-          "ISO 9073-14",
-          "wetback from a wet pad through the specimen into dry paper",
-          "saturation of the pad, 0.75 to 0.85",
-          false,
-          true,
-          3,
-          {"time (s)", "water in the pick-up paper (g)", "water in the specimen (g)", "water in the pad (g)"},
-          wetback};
+  return {
+      .name = "iso9073-14",
+      .aliases = {"wetback"},
+      .standard = "ISO 9073-14",
+      .title = "wetback from a wet pad through the specimen into dry paper",
+      .varied = "saturation of the pad, 0.75 to 0.85",
+      .directions = false,
+      .porous = true,
+      .repeats = 3,
+      .columns = {"time (s)", "water in the pick-up paper (g)", "water in the specimen (g)", "water in the pad (g)"},
+      .run = wetback};
 }
 
 }  // namespace drench
