@@ -169,7 +169,8 @@ TEST(self_collision, zones_that_grow_into_each_other_agree_with_the_reference) {
   compare_stage(thrown(30, fine));
 }
 
-// The nodes weigh 10⁵ particles each, and what they carry away at 30 m/s is more than 2^63 quanta · 2^-12 m/s.
+// The nodes weigh more than 10⁵ particles each, and what they carry away at 30 m/s is more than 2^63 quanta · 2^-12
+// m/s.
 TEST(self_collision, zones_of_heavy_and_fast_sheets_agree_with_the_reference) {
   std::string heavy = with(two_sheets, "thickness: 0.004", "thickness: 0.004\n    areal_density: 900");
   heavy = with(heavy, "thickness: 0.002", "thickness: 0.002\n    areal_density: 700");
