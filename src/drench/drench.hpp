@@ -128,8 +128,8 @@ class Simulation {
   /// The nodes that are attached to a body, as rows of the node fields.
   /// @throws std::invalid_argument for a body that there is not
   std::vector<Index> attached(Index body) const;
-  /// What liquid and cloth did to a body in the last step, as means over the step: without gravity, what apply_wrench()
-  /// does, what other bodies do, and what `self_collision` adds to the contact of cloth. 0 before the first step, and
+  /// What liquid, cloth and other bodies did to a body in the last step, as means over the step: without gravity, what
+  /// apply_wrench() does, and what `self_collision` adds to the contact of cloth. 0 before the first step, and
   /// after one that failed. Waits.
   /// @param body its number in the scene, from 0; a body with `commanded: true`, or a dynamic one
   /// @throws std::invalid_argument for any other body

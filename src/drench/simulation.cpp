@@ -260,7 +260,7 @@ std::vector<Index> Simulation::attached(Index body) const {
 BodyLoad Simulation::body_load(Index body) const {
   if (!body_numbered(parts_->setup.model, body).is_measured())
     throw std::invalid_argument(fmt::format(
-        "what acts on body {} is not measured; allowed: bodies with commanded: true or dynamic: true", body));
+        "what acts on body {} is not measured; allowed: bodies with commanded: true, dynamic: true or a probe", body));
   BodyLoad load = parts_->backend->body_loads(parts_->last_dt)[static_cast<std::size_t>(body)].value();
   const std::vector<Index> nodes = attached_nodes(parts_->setup.model, body);
   if (nodes.empty() || !(parts_->last_dt > 0)) return load;
