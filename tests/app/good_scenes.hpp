@@ -78,7 +78,8 @@ cloth:
          friction: 0.45, friction_wet: 1.2, damping_wet: 4, adhesion: 0.02, warp: [1, 0, 1],
              porous: {solid_fraction: 0.55, absorption: 0.025, uptake_velocity: 0.035,
          max_saturation: 1.35, virtual_pressure: 17, emission_angle: 65, emission_velocity: 0.7, diffusivity: 3.0e-4,
-         weft_diffusivity: 6.0e-5, permeability: 3.0e-10, fibre_diameter: 2.0e-5, breakthrough_pressure: 200, critical_saturation: 0.45}}
+         weft_diffusivity: 6.0e-5, permeability: 3.0e-10, fibre_diameter: 2.0e-5,
+         breakthrough_pressure: 200, critical_saturation: 0.45}}
   - name: moved
     mesh: {grid: {size: [1, 1], nodes: [5, 5]}}
     membrane: {warp: 900, weft: 450, shear: 90}
