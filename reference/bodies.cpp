@@ -60,7 +60,7 @@ RigidMotion motion_of(const Pose& pose) {
   return {arr(pose.position), arr(pose.velocity), arr(pose.spin), {q.w(), q.x(), q.y(), q.z()}};
 }
 
-Pose pose_of(const RigidMotion& m) {
+Pose pose_from(const RigidMotion& m) {
   const Quaternion& q = m.orientation;
   return {vec(m.position), vec(m.velocity), vec(m.spin), Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
 }
@@ -83,7 +83,7 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
     if (body.dynamic) {
       const auto b = static_cast<std::size_t>(k);
       const Eigen::Matrix3d before = inertia(body, pose);
-      pose = contacts[b].touched ? pose_of(motion[b]) : advanced(pose, info.dt);
+      pose = contacts[b].touched ? pose_from(motion[b]) : advanced(pose, info.dt);
       pose.spin = inertia(body, pose).inverse() * before * pose.spin;
       if (m.has_deforming_body()) stop_at_deforming(body, solids, pose);
     } else {

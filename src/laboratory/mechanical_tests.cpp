@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "base/eigen_vec.hpp"
@@ -13,8 +12,6 @@
 
 namespace drench {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 double rigidity(const MaterialScene& m, bool along_warp) {
   if (!m.bending) return m.bend;

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "laboratory/tests.hpp"
 #include "laboratory/trial.hpp"
 
 namespace drench {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 // ---- Sprays: AATCC TM22, TM42, ISO 9073-17
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ inline constexpr double standard_gravity = 9.81;        // m/s²
 inline constexpr double water_density = 1000;           // kg/m³
 inline constexpr double water_viscosity = 1e-6;         // m²/s
 inline constexpr double water_surface_tension = 0.072;  // N/m
+inline constexpr double pi = std::numbers::pi;
 
 enum class Direction { warp, weft };
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "laboratory/tests.hpp"
 #include "laboratory/trial.hpp"
@@ -11,7 +10,6 @@
 namespace drench {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr double wet_above = 0.1;  // saturation from which the eye sees fabric darken
 
 // ---- AATCC TM197

@@ -8,7 +8,7 @@
 namespace drench {
 namespace {
 
-std::string quoted(const std::string& words) { return "\"" + yaml::escaped(words, "\"\\") + "\""; }
+std::string in_quotes(const std::string& words) { return "\"" + yaml::escaped(words, "\"\\") + "\""; }
 
 std::string comment_of(const std::string& unit) { return unit == "1" || unit.starts_with('(') ? "" : unit; }
 
@@ -72,18 +72,18 @@ class SaveSection : public Section {
   void boolean(const char* key, bool& value, const char*) override { write(key, value ? "true" : "false"); }
   void on_off(const char* key, bool& value, const char*) override { write(key, value ? "on" : "off"); }
   void flag(const char* key, const char*) override { write(key, "true"); }
-  void text(const char* key, std::string& value, const char*) override { write(key, quoted(value)); }
+  void text(const char* key, std::string& value, const char*) override { write(key, in_quotes(value)); }
   void texts(const char* key, std::span<std::string> values, const char*) override {
     std::string all;
-    for (const std::string& value : values) all += (all.empty() ? "" : ", ") + quoted(value);
+    for (const std::string& value : values) all += (all.empty() ? "" : ", ") + in_quotes(value);
     write(key, "[" + all + "]");
   }
-  void other_file(const char* key, std::string& value, const char*) override { write(key, quoted(value)); }
-  void mesh_file(const char* key, std::string& value, const char*) override { write(key, quoted(value)); }
+  void other_file(const char* key, std::string& value, const char*) override { write(key, in_quotes(value)); }
+  void mesh_file(const char* key, std::string& value, const char*) override { write(key, in_quotes(value)); }
 
   void mesh_files(const char* key, std::vector<std::string>& values, const char*) override {
     std::string all;
-    for (const std::string& value : values) all += (all.empty() ? "" : ", ") + quoted(value);
+    for (const std::string& value : values) all += (all.empty() ? "" : ", ") + in_quotes(value);
     write(key, "[" + all + "]");
   }
 

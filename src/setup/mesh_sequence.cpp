@@ -14,15 +14,17 @@
 namespace drench {
 namespace {
 
-using Points = Eigen::Matrix3Xd;
+using PointColumns = Eigen::Matrix3Xd;
 
-Points columns(const std::vector<Vec3>& points) {
-  Points columns(3, static_cast<Eigen::Index>(points.size()));
+PointColumns columns(const std::vector<Vec3>& points) {
+  PointColumns columns(3, static_cast<Eigen::Index>(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = to_eigen(points[i]);
   return columns;
 }
 
-double size_of(const Points& points) { return (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm(); }
+double size_of(const PointColumns& points) {
+  return (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
+}
 
 std::string short_name(const std::string& file) { return std::filesystem::path(file).filename().string(); }
 
@@ -30,7 +32,7 @@ std::string short_name(const std::string& file) { return std::filesystem::path(f
 
 void follow_sequence(Body& body, const BodyScene& scene, const std::string& scene_path, const std::string& name,
                      const std::vector<Index>& source) {
-  const Points first = columns(body.mesh_points);
+  const PointColumns first = columns(body.mesh_points);
   const double size = size_of(first);
   const Eigen::Vector3d center = to_eigen(body.center);
   std::vector<Key<Vec3>> path;
@@ -50,7 +52,7 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
     std::vector<Vec3> points;
     for (const Index i : source) points.push_back(mesh.points[static_cast<std::size_t>(i)]);
     file_place(scene)(points);
-    const Points now = columns(points);
+    const PointColumns now = columns(points);
     const Eigen::Matrix4d fit = Eigen::umeyama(first, now, false);
     const Eigen::Matrix3d rotation = fit.topLeftCorner<3, 3>();
     const Eigen::Vector3d shift = fit.topRightCorner<3, 1>();

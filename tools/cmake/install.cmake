@@ -8,6 +8,7 @@ set_target_properties(drench_embed PROPERTIES OUTPUT_NAME drench EXPORT_NAME dre
 target_include_directories(drench_embed PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
   $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/drench>)
 target_compile_features(drench_embed INTERFACE cxx_std_20)
+drench_unity(drench_embed 8)
 target_link_options(drench_embed INTERFACE ${DRENCH_LINK_OPTIONS})
 target_link_libraries(drench_embed PRIVATE $<BUILD_INTERFACE:drench_options> drench_reference drench_kokkos drench_core)
 

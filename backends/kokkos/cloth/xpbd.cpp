@@ -9,7 +9,7 @@
 namespace drench::kokkos_backend {
 namespace {
 
-void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver) {
+void allocate_moves(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver) {
   const auto edges = static_cast<std::size_t>(cloth.mesh.edges), hinges = static_cast<std::size_t>(cloth.mesh.hinges);
   allocate_zeros(solver.edge_rate, "drench::cloth::edge_rate", edges);
   allocate_zeros(solver.edge_force, "drench::cloth::edge_force", edges);
@@ -142,7 +142,7 @@ void gather_multipliers(const Cloth& cloth, ClothSolverWork& solver, const Cloth
 }
 
 void start_multipliers(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) {
-  allocate(constants, cloth, solver);
+  allocate_moves(constants, cloth, solver);
   const Entries<const Real3> shift = solver.displacement;
   const Entries<Real3> edge_force = solver.edge_force, last_edge_force = solver.last_edge_force;
   const Entries<Real> edge_rate = solver.edge_rate, hinge_rate = solver.hinge_rate;
