@@ -49,12 +49,13 @@ double conductance(const Model& m, const ClothMaterial& a, const ClothMaterial& 
   const auto resistance = [&](const ClothMaterial& c) {
     return height(c) * 0.5 * c.thickness / (m.rest_density * (1 - c.solid_fraction) * c.diffusivity);
   };
+  const auto most = [](const ClothMaterial& c) { return c.film_depth > 0 ? 1 : c.max_saturation; };
   const auto steepest = [&](const ClothMaterial& c) {  // of r sᵝ
     return height(c) *
-           (c.retention_exponent > 1 ? c.retention_exponent * std::pow(c.max_saturation, c.retention_exponent - 1) : 1);
+           (c.retention_exponent > 1 ? c.retention_exponent * std::pow(most(c), c.retention_exponent - 1) : 1);
   };
   const double n = std::max(a.diffusion_exponent, b.diffusion_exponent);
-  const double growth = n > 1 ? std::pow(std::max(a.max_saturation, b.max_saturation), n - 1) : 1;
+  const double growth = n > 1 ? std::pow(std::max(most(a), most(b)), n - 1) : 1;
   return std::min(1 / (resistance(a) + resistance(b)),
                   0.25 * std::min(load(a) / steepest(a), load(b) / steepest(b)) / (dt * growth));
 }
@@ -118,8 +119,10 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
       if (state.model.samples.node_capacity[node[k]] == 0) continue;
-      sum += weight[k] * static_cast<double>(state.s.node_liquid[node[k]]) * state.model.quantum /
-             state.model.samples.node_capacity[node[k]];
+      const double s = static_cast<double>(state.s.node_liquid[node[k]]) * state.model.quantum /
+                       state.model.samples.node_capacity[node[k]];
+      const bool film = state.model.material_of_node(node[k]).film_depth > 0;
+      sum += weight[k] * (film ? std::min(1.0, s) : s);
     }
     return sum;
   };

@@ -5,6 +5,7 @@
 
 #include "contact_wicking.hpp"
 #include "pipeline/substeps.hpp"
+#include "state/film.hpp"
 #include "transfer.hpp"
 
 namespace drench::reference {
@@ -15,6 +16,7 @@ struct Pair {
   Index first, second;
   double conductance;  // G, kg/s
   double drop;         // (x_first − x_second)·ĝ/ℓ, 1: above 0 if the first is the lower one
+  double film;         // ω of a film
 };
 
 const ClothMaterial& material(const ReferenceState& state, Index n) { return state.model.material_of_node(n); }
@@ -33,9 +35,28 @@ std::vector<Pair> exchanging_pairs(const ReferenceState& state) {
     const ClothMaterial& c = m.cloths[m.mesh.node_cloth[i]];                    // the weight knows of regions
     const double load = m.rest_density * (1 - c.solid_fraction) * c.thickness;  // kg/m² at saturation 1
     const Eigen::Vector3d apart = vec(state.s.node_position[i]) - vec(state.s.node_position[j]);
-    pairs.push_back({i, j, load * c.diffusivity * m.fabric.weight[e], apart.dot(down(state)) / c.capillary_height});
+    pairs.push_back({i, j, load * c.diffusivity * m.fabric.weight[e], apart.dot(down(state)) / c.capillary_height,
+                     m.fabric.film.empty() ? 0 : m.fabric.film[e]});
   }
   return pairs;
+}
+
+/// Of the film that runs from one node to the other, kg/s, positive to the first: docs/theory/porous.md, Eq. 38. δ is
+/// the film's thickness on both faces of the upper node.
+double film_flux(const ReferenceState& state, const Pair& pair) {
+  const ClothMaterial& c = material(state, pair.first);
+  if (!(c.film_depth > 0) || pair.drop == 0) return 0;
+  const Index upper = pair.drop > 0 ? pair.second : pair.first;
+  const double depth = material(state, upper).film_depth * std::max(0.0, saturation(state, upper) - 1);
+  const double delta = std::min(depth, 2 * c.film);  // what hangs at a hem is thicker
+  return pair.film * c.film_flow * std::pow(delta, 3) * pair.drop * c.capillary_height;
+}
+
+/// What the flux of the thickest film grows by with the saturation, kg/s.
+double steepest_film(const ReferenceState& state, const Pair& pair) {
+  const ClothMaterial& c = material(state, pair.first);
+  const double most = 2 * c.film, drop = std::abs(pair.drop) * c.capillary_height;
+  return pair.film * c.film_flow * 3 * most * most * c.film_depth * drop;
 }
 
 /// The largest of the nodes, 1/s.
@@ -44,11 +65,12 @@ double exchange_rate(const ReferenceState& state, const std::vector<Pair>& pairs
   for (const Pair& pair : pairs) {
     const ClothMaterial& c = material(state, pair.first);
     const double e = c.diffusion_exponent, beta = c.retention_exponent;
-    const double most = beta * std::pow(c.most_saturation, e + beta - 1);
-    double steep = std::max(1.0, e * std::pow(c.most_saturation, e - 1));
-    if (beta != 1) steep = std::max(1.0, (e + beta) * std::pow(c.most_saturation, std::max(0.0, e - 1)));
+    const double most = beta * std::pow(c.pore_saturation(), e + beta - 1);
+    double steep = std::max(1.0, e * std::pow(c.pore_saturation(), e - 1));
+    if (beta != 1) steep = std::max(1.0, (e + beta) * std::pow(c.pore_saturation(), std::max(0.0, e - 1)));
     for (const Index n : {pair.first, pair.second})
-      rate[n] += pair.conductance * (most + steep * std::abs(pair.drop)) / state.model.samples.node_capacity[n];
+      rate[n] += (pair.conductance * (most + steep * std::abs(pair.drop)) + steepest_film(state, pair)) /
+                 state.model.samples.node_capacity[n];
   }
   return rate.empty() ? 0 : *std::max_element(rate.begin(), rate.end());
 }
@@ -63,11 +85,12 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
     const Pair& pair = pairs[k];
     const ClothMaterial& c = material(state, pair.first);
     const auto held = [&](Index at) {
-      const double s = saturation(state, at);
+      const double s = c.film_depth > 0 ? std::min(1.0, saturation(state, at)) : saturation(state, at);
       return c.retention_exponent == 1 ? s : std::pow(std::max(0.0, s), c.retention_exponent);
     };
     const double flux = pair.conductance * driven(held(pair.first), held(pair.second), pair.drop,
-                                                  c.diffusion_exponent / c.retention_exponent);
+                                                  c.diffusion_exponent / c.retention_exponent) +
+                        film_flux(state, pair);
     to_first[k] = flux > 0;
     offer[k] = offered_quanta(std::abs(flux) * dt / (n * state.model.quantum));
     out[to_first[k] ? pair.second : pair.first] += offer[k];
@@ -141,7 +164,7 @@ std::vector<double> room_limit(const ReferenceState& state, const std::vector<Qu
   const Model& m = state.model;
   std::vector<double> phi(state.s.node_count(), 1.0);
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    const Quanta full = floor_quanta(material(state, n).max_saturation * m.samples.node_capacity[n] / m.quantum);
+    const Quanta full = floor_quanta(ceiling_of_node(m, n) * m.samples.node_capacity[n] / m.quantum);
     const Quanta room = std::max<Quanta>(0, full - state.s.node_liquid[n] - (in[n] >> 16) - 1024);
     if (in[n] > room) phi[n] = static_cast<double>(room) / static_cast<double>(in[n]);
   }

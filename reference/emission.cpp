@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_wicking.hpp"
 #include "state/needed_fields.hpp"
 #include "transfer.hpp"
 
@@ -31,15 +32,42 @@ struct Share {
 /// Is there a direction, and with it a cone?
 bool directed(const ReferenceState& state) { return state.model.scene.processes.direction; }
 
+/// Square of the component of gravity normal to the fabric at node n, m²/s⁴, by its slope: Σ ω Δz² over the pairs of a
+/// node is twice its area × sin².
+double normal_pull(const ReferenceState& state, Index n) {
+  const FabricPairs& fabric = state.model.fabric;
+  const ClothMaterial& c = state.model.material_of_node(n);
+  double steepness = 0;
+  for (Index k = fabric.of_node.start[n]; k < fabric.of_node.start[n + 1]; ++k) {
+    const Index e = fabric.of_node.item[k] / 2;
+    const auto [i, j] = fabric.nodes[e];
+    const double fall = (vec(state.s.node_position[i]) - vec(state.s.node_position[j])).dot(down(state));
+    steepness += fabric.film[e] * fall * fall;
+  }
+  const double area = state.model.samples.node_capacity[n] / (state.model.rest_density * c.film_depth);
+  return vec(state.model.scene.gravity).squaredNorm() * (1 - std::min(1.0, steepness / (2 * area)));
+}
+
+/// 1/s; of a film that hangs under a face the growth of its drops; `film` is what has not matured
+/// (docs/theory/porous.md, Eq. 39).
+double maturing_rate(const ReferenceState& state, Index n, Quanta film) {
+  const Model& m = state.model;
+  const ClothMaterial& c = m.material_of_node(n);
+  const double fastest = c.emission_velocity / m.spacing;
+  if (!m.has_films() || !(c.film_depth > 0) || m.fabric.hem[n]) return fastest;
+  const double h = 0.5 * c.film_depth * static_cast<double>(film) * m.quantum / m.samples.node_capacity[n];
+  return std::min(fastest, c.film_growth * normal_pull(state, n) * std::pow(h, 3));
+}
+
 void mature(ReferenceState& state, double dt) {
   const Model& m = state.model;
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    const double speed = m.material_of_node(n).emission_velocity;
     const Quanta capacity = floor_quanta(m.samples.node_capacity[n] / m.quantum);
     const Quanta excess = std::max<Quanta>(0, state.s.node_liquid[n] - capacity);
     Quanta& buffered = state.s.node_buffered[n];
     buffered = std::min(excess, buffered);
-    buffered += floor_quanta((1 - std::exp(-speed * dt / m.spacing)) * static_cast<double>(excess - buffered));
+    const double rate = maturing_rate(state, n, excess - buffered);
+    buffered += floor_quanta((1 - std::exp(-rate * dt)) * static_cast<double>(excess - buffered));
   }
 }
 

@@ -96,8 +96,19 @@ void describe_porous(Section& s, MaterialScene& fabric) {
            "full to a greater height");
   s.number("adhesion", fabric.wet_adhesion, "[0, 10]", "N/m",
            "adhesion of wet fabric to wet fabric or a solid: work per unit area; at most 0.14 with water");
+  s.number("film", fabric.film, "[0, 0.01]", "m",
+           "thickest film δ of liquid on each face of soaked fabric; it runs down and drips at the lowest places; "
+           "replaces `max_saturation` by 1 + 2 δ / ((1 − Φ) τ); 0: no film");
+  s.number("film_viscosity", fabric.film_viscosity, "[0, 1]", "m²/s",
+           "kinematic viscosity of the film; 0: that of the liquid (`fluid.viscosity`); water: 1e-6");
+  s.check(!(fabric.film_viscosity > 0) || fabric.film > 0, "film_viscosity",
+          "requires film, which is 0; allowed: only with film above 0");
+  s.check(!(fabric.film > 0) || fabric.diffusivity > 0, "film",
+          "requires diffusivity, which is 0; allowed: only with diffusivity above 0");
   s.number("permeability", fabric.permeability, "[0, 1e-4]", "m²",
            "permeability k of the wet fabric through its thickness, for flow by Darcy's law; 0: impermeable");
+  s.check(!(fabric.film > 0) || fabric.permeability == 0, "film",
+          "cannot be combined with permeability; allowed: one of the two");
   s.number("forchheimer", fabric.forchheimer, "[0, 1e9]", "1/m",
            "Forchheimer coefficient β: flow at u m/s through the thickness τ costs ρ0 β τ u² beside Darcy's pressure");
   s.number("fibre_diameter", fabric.fibre_diameter, "[0, 1e-2]", "m",
@@ -135,8 +146,8 @@ void check_pins(Section& s, const ClothScene& cloth) {
 
 void check_saturations(Section& s, const char* key, const std::vector<SaturationScene>& boxes,
                        const ClothScene& cloth) {
-  double most = cloth.material.max_saturation;
-  for (const RegionScene& region : cloth.regions) most = std::max(most, region.material.max_saturation);
+  double most = cloth.material.ceiling();
+  for (const RegionScene& region : cloth.regions) most = std::max(most, region.material.ceiling());
   s.check(boxes.empty() || cloth.material.porous, key,
           "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
   for (std::size_t i = 0; i < boxes.size(); ++i) {

@@ -122,6 +122,9 @@ void check_parts(Section& s, const Scene& scene) {
             fmt::format("cloth.{}.porous.permeability", i),
             "needs a viscous liquid (Darcy's flux is k Δp / (μ τ)), and fluid.viscosity is 0; allowed: fluid.viscosity "
             "above 0");
+    const bool inviscid = scene.fluid.present && !(scene.fluid.viscosity > 0) && !(cloth.material.film_viscosity > 0);
+    s.check(!(cloth.material.porous && cloth.material.film > 0) || !inviscid, fmt::format("cloth.{}.porous.film", i),
+            "needs a viscous liquid, and fluid.viscosity is 0; allowed: film_viscosity or fluid.viscosity above 0");
     s.check(names.insert(cloth.name).second, fmt::format("cloth.{}.name", i),
             fmt::format("an earlier cloth is also named '{}'; allowed: a different name for each cloth", cloth.name));
   }

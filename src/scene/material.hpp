@@ -25,6 +25,8 @@ struct BasicMaterial {
   Number capillary_height = Number(1.0);   // ℓ, m
   Number retention_exponent = Number(1);   // β, 1: at rest sᵝ falls by 1 over the capillary height
   Number wet_adhesion = Number(0);    // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
+  Number film = Number(0);            // δ, m: thickest film of liquid on each face; 0: none
+  Number film_viscosity = Number(0);  // m²/s, of the film; 0: that of the liquid
   Number permeability = Number(0);    // k, m²: of the wet fabric, across it; 0: tight to pressure
   Number forchheimer = Number(0);     // β, 1/m: quadratic drag across it
   Number fibre_diameter = Number(0);  // d_f, m: sets β by Ergun's equation; 0: not known
@@ -37,6 +39,12 @@ struct BasicMaterial {
   constexpr bool wicks() const { return porous && diffusivity > 0; }
   /// Does liquid pass through it?
   constexpr bool permeable() const { return porous && permeability > 0; }
+  /// The saturation that is never exceeded, 1: what the pores and the film on both faces hold.
+  constexpr Number ceiling() const {
+    return has_film() ? 1 + 2 * film / ((1 - solid_fraction) * thickness) : max_saturation;
+  }
+  /// Does liquid beyond its pores run down on its faces?
+  constexpr bool has_film() const { return wicks() && film > 0; }
   /// Does it pass into layers that touch?
   constexpr bool wicks_through_contact() const { return wicks() && contact_wicking; }
 
@@ -55,8 +63,11 @@ struct ResolvedMaterial : BasicMaterial<Number> {
   Number conductance{};           // k/(ν τ), s/m: flux through the saturated sheet over the difference of p/ρ0
   Number inertial_loss{};         // β τ, 1: difference of p/ρ0 that the square of the flux costs, over that square
   Number entry_potential{};       // p_b/ρ0, m²/s²
-  bool dynamics = true;           // false: it does not move
-  bool self_collision = false;    // with itself and with other cloths that have this
+  Number film_depth{};            // (1 − Φ) τ, m: thickness of the film on both faces over s − 1; 0: no film
+  Number film_flow{};           // ρ0 |g|/(12 ν), kg/(m⁴ s): flow of a film over its thickness³ and drop in height
+  Number film_growth{};         // ρ0/(12 ν σ), s³/m⁵: rate at which a film drips over its thickness³ and pull²
+  bool dynamics = true;         // false: it does not move
+  bool self_collision = false;  // with itself and with other cloths that have this
 };
 
 /// Calls visit(of a, of b) for every member: the one list of them. tests/app/material_test.cpp sees that none is
@@ -80,6 +91,8 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.capillary_height, b.capillary_height);
   visit(a.retention_exponent, b.retention_exponent);
   visit(a.wet_adhesion, b.wet_adhesion);
+  visit(a.film, b.film);
+  visit(a.film_viscosity, b.film_viscosity);
   visit(a.permeability, b.permeability);
   visit(a.forchheimer, b.forchheimer);
   visit(a.fibre_diameter, b.fibre_diameter);
@@ -96,6 +109,9 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.conductance, b.conductance);
   visit(a.inertial_loss, b.inertial_loss);
   visit(a.entry_potential, b.entry_potential);
+  visit(a.film_depth, b.film_depth);
+  visit(a.film_flow, b.film_flow);
+  visit(a.film_growth, b.film_growth);
   visit(a.dynamics, b.dynamics);
   visit(a.self_collision, b.self_collision);
 }

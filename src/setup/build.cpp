@@ -55,6 +55,7 @@ void set_numbers(Model& m) {
   m.max_quanta = quanta_per_particle;
   set_absorption(m);
   set_permeation(m);
+  set_films(m);
   set_node_materials(m);
   if (m.scene.air.present) m.evaporation_flux = evaporation_flux(m.scene);
   set_concentration_unit(m);

@@ -6,6 +6,12 @@
 #include <numbers>
 
 namespace drench {
+namespace {
+
+/// Surface tension of water at 20 °C, N/m, for scenes without one of their own.
+constexpr double water_tension = 0.072;
+
+}  // namespace
 
 ClothMaterial resolve_material(const ClothScene& cloth, const MaterialScene& given, const ProcessScene& processes) {
   ClothMaterial m;
@@ -15,9 +21,9 @@ ClothMaterial resolve_material(const ClothScene& cloth, const MaterialScene& giv
   m.areal_density = given.areal_density;
   m.compression_per_mass = given.compression / given.areal_density;
   m.uptake_velocity = given.uptake_velocity;
-  m.most_saturation = cloth.material.max_saturation;
+  m.most_saturation = cloth.material.ceiling();
   for (const RegionScene& region : cloth.regions)
-    m.most_saturation = std::max(m.most_saturation, region.material.max_saturation);
+    m.most_saturation = std::max(m.most_saturation, region.material.ceiling());
   m.dynamics = cloth.dynamics;
   m.self_collision = cloth.self_collision;
   m.friction_wet = given.friction_wet.value_or(given.friction);
@@ -51,6 +57,22 @@ void set_permeation(Model& model) {
   for (auto* list : {&model.cloths, &model.patches})
     for (ClothMaterial& m : *list)
       if (m.conductance > 0) m.emission_velocity = std::numeric_limits<double>::infinity();
+}
+
+void set_films(Model& model) {
+  const FluidScene& fluid = model.scene.fluid;
+  const double g = std::hypot(model.scene.gravity[0], model.scene.gravity[1], model.scene.gravity[2]);
+  const double tension = fluid.surface_tension > 0 ? fluid.surface_tension : water_tension;
+  for (auto* list : {&model.cloths, &model.patches})
+    for (ClothMaterial& m : *list) {
+      if (!m.has_film()) continue;
+      m.film_depth = (1 - m.solid_fraction) * m.thickness;
+      m.max_saturation = m.ceiling();
+      if (!fluid.present) continue;
+      const double viscosity = m.film_viscosity > 0 ? m.film_viscosity : fluid.viscosity;
+      m.film_flow = model.rest_density * g / (12 * viscosity);
+      m.film_growth = model.rest_density / (12 * viscosity * tension);
+    }
 }
 
 }  // namespace drench

@@ -17,4 +17,7 @@ void set_absorption(Model& model);
 /// at once.
 void set_permeation(Model& model);
 
+/// How films of liquid run and drip on the cloths that have them, and how much they hold (docs/theory/porous.md).
+void set_films(Model& model);
+
 }  // namespace drench

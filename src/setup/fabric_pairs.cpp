@@ -229,11 +229,30 @@ Conducting conducting(const Model& model, const ClothMaterial& cloth, Index tria
   return how;
 }
 
+/// Per node: is it on an edge of one triangle alone, and not sewn?
+std::vector<std::uint8_t> nodes_of_hems(const ClothMesh& mesh) {
+  std::map<std::array<Index, 2>, int> sides;
+  for (const auto& corner : mesh.triangle)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index a = corner[k], b = corner[(k + 1) % 3];
+      ++sides[{std::min(a, b), std::max(a, b)}];
+    }
+  std::vector<std::uint8_t> hem(mesh.rest_position.size(), 0);
+  for (const auto& [nodes, count] : sides)
+    if (count == 1)
+      for (const Index n : nodes) hem[static_cast<std::size_t>(n)] = 1;
+  for (const auto& stitch : mesh.stitch)
+    for (const Index n : stitch) hem[static_cast<std::size_t>(n)] = 0;
+  return hem;
+}
+
 }  // namespace
 
 void build_fabric_pairs(Model& model) {
   FabricPairs& fabric = model.fabric;
   std::vector<std::array<Index, 2>> entries;
+  const bool films = model.has_films();
+  if (films) fabric.hem = nodes_of_hems(model.mesh);
   for (std::size_t cloth = 0; cloth < model.cloths.size(); ++cloth) {
     const ClothMaterial& c = model.cloths[cloth];
     if (!c.wicks()) continue;
@@ -253,6 +272,7 @@ void build_fabric_pairs(Model& model) {
         entries.push_back({nodes[static_cast<std::size_t>(side)], 2 * pair + side});
       fabric.nodes.push_back(nodes);
       fabric.weight.push_back(std::min(weight.conductance, most_conducting * weight.part));
+      if (films) fabric.film.push_back(std::min(weight.conductance / weight.part, most_conducting));
     }
     for (const auto& stitch : model.mesh.stitch) {
       if (model.mesh.node_cloth[static_cast<std::size_t>(stitch[0])] != static_cast<Index>(cloth)) continue;
@@ -261,6 +281,7 @@ void build_fabric_pairs(Model& model) {
         entries.push_back({stitch[static_cast<std::size_t>(side)], 2 * pair + side});
       fabric.nodes.push_back(stitch);
       fabric.weight.push_back(stitch_conducting);
+      if (films) fabric.film.push_back(stitch_conducting);
     }
   }
   fabric.of_node = rows_of(model.mesh.nodes(), entries);

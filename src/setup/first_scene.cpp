@@ -244,7 +244,9 @@ std::string text_of(const Suggestion& s, bool with_body = true) {
       "    porous:                           # without this section the cloth absorbs nothing\n"
       "      solid_fraction: {}             # 1; fraction of the volume that is fibre; the rest holds water\n"
       "      absorption: 0.02                # m²/s; how fast dry fabric absorbs water\n"
-      "      max_saturation: 1.18            # 1; above 1 the excess drips\n"
+      "      film: 3.0e-4                    # m; water that each face of soaked fabric carries; it runs down and "
+      "drips\n"
+      "      film_viscosity: 1.0e-6          # m²/s; of water\n"
       "      diffusivity: 1.0e-4             # m²/s; how fast water spreads within the fabric\n"
       "      capillary_height: 0.3           # m; equilibrium wicking height\n",
       solid_fraction);

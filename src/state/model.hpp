@@ -34,6 +34,9 @@ struct ClothMaterial : ResolvedMaterial<double> {
   Index first_node = 0, node_count = 0;
   Index first_triangle = 0, triangle_count = 0;
   Index first_sample = 0, sample_count = 0;
+
+  /// The largest saturation of its pores, 1: what is beyond runs as a film where there is one.
+  double pore_saturation() const { return film_depth > 0 ? 1 : most_saturation; }
 };
 
 /// Of a triangle of woven or knitted cloth: warp = cosine · (first axis) + sine · (second axis) of its frame, k A of
@@ -138,6 +141,10 @@ struct FabricPairs {
   // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest, stretched where D has two
   // directions; each side times what its region conducts over what the cloth itself does
   std::vector<double> weight;
+  // the same of a film on the faces, whatever the region conducts; empty without films
+  std::vector<double> film;
+  // per node: at the boundary of its cloth, where a film that runs down has to drip; empty without films
+  std::vector<std::uint8_t> hem;
   Rows of_node;  // node → items 2·pair + side
 };
 
@@ -294,6 +301,10 @@ struct Model {
   bool has_saturation_control() const { return scene.processes.saturation_control; }
   bool has_diffusion() const {
     return scene.processes.diffusion && any_cloth([](const ClothMaterial& c) { return c.wicks(); });
+  }
+  /// Does liquid run down on the faces of a cloth?
+  bool has_films() const {
+    return has_diffusion() && has_emission() && any_cloth([](const ClothMaterial& c) { return c.film_depth > 0; });
   }
   bool has_contact_wicking() const {
     return scene.processes.diffusion && any_cloth([](const ClothMaterial& c) { return c.wicks_through_contact(); });

@@ -9,6 +9,7 @@
 #include "cloth/pins.hpp"
 #include "core/host_copy.hpp"
 #include "stages/substeps.hpp"
+#include "state/film.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 Material material_of(const ClothMaterial& c) {
   Material m{material_in<Real>(c)};
   const MobilityBound bound =
-      mobility_bound(c.diffusion_exponent, double(Real(c.most_saturation)), c.retention_exponent);
+      mobility_bound(c.diffusion_exponent, double(Real(c.pore_saturation())), c.retention_exponent);
   m.mobility_exponent = c.diffusion_exponent;
   m.retention = c.retention_exponent;
   m.most_mobility = bound.difference;
@@ -89,9 +90,8 @@ std::vector<T> joined(std::vector<T> first, const std::vector<T>& second) {
 void make_capacities(const Model& m, const std::vector<double>& capacity, Nodes& n) {
   std::vector<Quanta> full(capacity.size()), most(capacity.size());
   for (std::size_t k = 0; k < capacity.size(); ++k) {
-    const ClothMaterial& cloth = m.material_of_node(static_cast<Index>(k));
     full[k] = static_cast<Quanta>(std::floor(capacity[k] / m.quantum));
-    most[k] = static_cast<Quanta>(std::floor(cloth.max_saturation * capacity[k] / m.quantum));
+    most[k] = static_cast<Quanta>(std::floor(ceiling_of_node(m, static_cast<Index>(k)) * capacity[k] / m.quantum));
   }
   n.capacity_quanta = to_device<Quanta>("drench::node_capacity_quanta", full);
   n.max_quanta = to_device<Quanta>("drench::node_max_quanta", most);

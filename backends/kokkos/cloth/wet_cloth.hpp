@@ -15,6 +15,10 @@ struct NodeLiquid {
       : liquid(cloth.nodes.liquid), capacity(cloth.nodes.capacity), quantum(constants.quantum) {}
   /// m_f/C_n, 1, of a node that can hold some; above 1 it is overfull.
   KOKKOS_INLINE_FUNCTION double filling(Index n) const { return double(liquid(n)) * quantum / capacity(n); }
+  /// The same of the pores alone: what is beyond them in fabric that carries a film is not theirs.
+  KOKKOS_INLINE_FUNCTION double pore_filling(Index n, const Material& m) const {
+    return m.film_depth > 0 ? Kokkos::fmin(1.0, filling(n)) : filling(n);
+  }
   /// s_n = min(1, m_f/C_n), 1; dry where it holds none.
   KOKKOS_INLINE_FUNCTION Real saturation(Index n) const {
     return capacity(n) > 0 ? Real(Kokkos::fmin(1.0, filling(n))) : Real(0);

@@ -101,7 +101,9 @@ struct Demands {
     const Real4 at = position_saturation(j), flow_at = flow_capacity(j);
     const Real3 separation = at.xyz() - x;
     if (pull.exist() && m.conductance > 0) return of_permeable(m, separation, at.w, flow_at.w, volume, j);
-    const Real cap = laws::saturation_cap(m.max_saturation, laws::flow_cosine(separation, flow_at.xyz(), h));
+    const Real cosine = laws::flow_cosine(separation, flow_at.xyz(), h);
+    const Real cap =
+        m.film_depth > 0 ? laws::film_cap(m.max_saturation, cosine) : laws::saturation_cap(m.max_saturation, cosine);
     const Real deficit = controlled ? cap - at.w : Real(1);
     if (!(deficit > 0)) return 0;
     return laws::absorption_demand(dt, m.absorption, flow_at.w / q, deficit, volume,

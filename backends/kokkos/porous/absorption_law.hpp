@@ -11,6 +11,11 @@ KOKKOS_INLINE_FUNCTION Real saturation_cap(Real max_saturation, Real cosine) {
   return cosine > 0 ? 1 + (max_saturation - 1) * cosine : Real(1);
 }
 
+/// The same of fabric that carries a film: whatever touches its faces, except what hangs below it, can join the film.
+KOKKOS_INLINE_FUNCTION Real film_cap(Real max_saturation, Real cosine) {
+  return cosine > Real(-0.25) ? max_saturation : Real(1);
+}
+
 /// L, 1/m⁵: the viscosity kernel's Laplacian (Müller et al. 2003), 45 (h − r)/(π h⁶) ≥ 0.
 KOKKOS_INLINE_FUNCTION double viscosity_laplacian(double r, double h) {
   constexpr double pi = 3.14159265358979323846;

@@ -9,6 +9,7 @@
 #include "cloth/wet_cloth.hpp"
 #include "porous/diffusion_law.hpp"
 #include "porous/transfer.hpp"
+#include "state/film.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -21,6 +22,10 @@ struct Touch {
   Proximity near;
 };
 
+KOKKOS_INLINE_FUNCTION double most_in_pores(const Material& m) {
+  return m.film_depth > 0 ? 1 : double(m.max_saturation);
+}
+
 /// Of fabric in contact with fabric whose ℓ is `other` (m), for liquid of `density` kg/m³.
 KOKKOS_INLINE_FUNCTION laws::Layer layer_of(const Material& m, double other, double density) {
   const double height = double(m.capillary_height);
@@ -29,7 +34,7 @@ KOKKOS_INLINE_FUNCTION laws::Layer layer_of(const Material& m, double other, dou
           double(m.diffusivity),
           height / Kokkos::fmin(height, other),
           m.retention,
-          double(m.max_saturation)};
+          most_in_pores(m)};
 }
 
 /// What the kernel over samples sees.
@@ -71,7 +76,7 @@ struct ContactSearch {
   KOKKOS_INLINE_FUNCTION double steepest(const Material& a, const Material& b) const {
     const double n = Kokkos::fmax(a.mobility_exponent, b.mobility_exponent);
     if (n <= 1) return 1;
-    return Kokkos::pow(Kokkos::fmax(double(a.max_saturation), double(b.max_saturation)), n - 1);
+    return Kokkos::pow(Kokkos::fmax(most_in_pores(a), most_in_pores(b)), n - 1);
   }
   KOKKOS_INLINE_FUNCTION bool wicks(const Material& m) const { return m.contact_wicking != 0; }
 
@@ -170,7 +175,7 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
         for (int far = 0; far < 2; ++far)
           for (int k = 0; k < 3; ++k) {
             const Index n = ends.node(c, far != 0, k);
-            if (wet.capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * wet.filling(n);
+            if (wet.capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * wet.pore_filling(n, materials(n));
           }
         const Material &own = materials(ends.node(c, false, 0)), &other = materials(ends.node(c, true, 0));
         const double exponent = Kokkos::fmax(own.mobility_exponent, other.mobility_exponent);
@@ -210,7 +215,8 @@ double momentum_scale(const Model& m) {
   double most = 1;  // quanta
   for (const ClothMaterial& c : m.cloths)
     for (Index n = c.first_node; n < c.first_node + c.node_count; ++n)
-      most = std::max(most, c.most_saturation * m.samples.node_capacity[static_cast<std::size_t>(n)] / m.quantum);
+      most = std::max(most, std::max(c.most_saturation, ceiling_of_node(m, n)) *
+                                m.samples.node_capacity[static_cast<std::size_t>(n)] / m.quantum);
   return std::exp2(std::floor(62 - std::log2(1000 * most)));
 }
 

@@ -14,6 +14,7 @@
 #include "pipeline/substeps.hpp"
 #include "porous/contact_wicking.hpp"
 #include "porous/diffusion_law.hpp"
+#include "porous/emission_law.hpp"
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 
@@ -21,7 +22,7 @@ namespace drench::kokkos_backend {
 namespace {
 
 /// The model's pairs with their conductances, once.
-void upload_pairs(const Constants& constants, const Cloth& cloth, DiffusionWork& work) {
+void upload_pairs(const Constants& constants, Cloth& cloth, DiffusionWork& work) {
   if (work.pair.extent(0) > 0) return;
   const FabricPairs& fabric = constants.model.fabric;
   std::vector<double> conductance(fabric.weight.size());
@@ -38,6 +39,11 @@ void upload_pairs(const Constants& constants, const Cloth& cloth, DiffusionWork&
   work.conductance = to_device<double>("drench::diffusion::conductance", conductance);
   work.node_start = to_device<Index>("drench::diffusion::node_start", fabric.of_node.start);
   work.node_item = to_device<Index>("drench::diffusion::node_item", fabric.of_node.item);
+  if (constants.model.has_films()) {
+    work.film = to_device<double>("drench::diffusion::film", fabric.film);
+    work.hem = to_device<std::uint8_t>("drench::diffusion::hem", fabric.hem);
+    allocate_zeros(cloth.nodes.film_pull, "drench::node_film_pull", static_cast<std::size_t>(cloth.nodes.count));
+  }
   allocate_zeros(work.drop, "drench::diffusion::drop", conductance.size());
   allocate_zeros(work.flow, "drench::diffusion::flow", conductance.size());
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
@@ -55,7 +61,8 @@ MemoryEstimate diffusion_bytes(const Sizing& s) {
   sum.cloth = s.size.fabric_pairs * (4 * index_bytes + 2 * double_bytes + quanta_bytes);  // and node_item
   sum.cloth += s.size.nodes * (2 * double_bytes + index_bytes);                           // shares, node_start
   if (s.size.solute) sum.cloth += s.size.fabric_pairs * quanta_bytes;
-  if (s.size.moving_cloth) sum.cloth += s.size.nodes * 2 * sizeof(Double3);  // velocities
+  if (s.size.films) sum.cloth += s.size.fabric_pairs * double_bytes + s.size.nodes * (s.real + 1);  // film_pull, hem
+  if (s.size.moving_cloth) sum.cloth += s.size.nodes * 2 * sizeof(Double3);                         // velocities
   return sum;
 }
 
@@ -64,7 +71,7 @@ namespace {
 /// What the kernels see of the pairs.
 struct NodePairs {
   Entries<const Index> pair, start, item;
-  Entries<const double> conductance;
+  Entries<const double> conductance, film;
   Entries<double> drop;
   NodeLiquid wet;
   Materials materials;
@@ -74,6 +81,7 @@ struct NodePairs {
         start(work.node_start),
         item(work.node_item),
         conductance(work.conductance),
+        film(work.film),
         drop(work.drop),
         wet(constants, fabric),
         materials(node_materials(fabric)) {}
@@ -83,10 +91,18 @@ struct NodePairs {
     if (!(conductance(e) > 0)) return 0;
     const Index i = pair(2 * e), j = pair(2 * e + 1);
     const Material& m = materials(i);
-    const double flux =
-        laws::retained_flux(conductance(e), wet.filling(i), wet.filling(j), drop(e), m.mobility_exponent, m.retention);
+    double flux = laws::retained_flux(conductance(e), wet.pore_filling(i, m), wet.pore_filling(j, materials(j)),
+                                      drop(e), m.mobility_exponent, m.retention);
+    if (film.exist()) flux += film_flux(e, m, drop(e) > 0 ? j : i);
     const Quanta o = offered(Kokkos::abs(flux) * scale);
     return flux > 0 ? o : -o;
+  }
+  /// Of the film of pair e, whose first node is of material m; it leaves the upper node.
+  KOKKOS_INLINE_FUNCTION double film_flux(Index e, const Material& m, Index upper) const {
+    // What hangs at a hem is thicker.
+    const double delta =
+        Kokkos::fmin(double(materials(upper).film_depth) * (wet.filling(upper) - 1), 2 * double(m.film));
+    return laws::film_flux(film(e) * double(m.film_flow), delta, drop(e) * double(m.capillary_height));
   }
 };
 
@@ -224,17 +240,30 @@ void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWo
   const NodePairs pairs(constants, cloth, work);
   const Entries<const Real3> x = cloth.nodes.position;
   const Real gravity = norm(constants.gravity);
+  const Entries<const std::uint8_t> hem = work.hem;
+  const Entries<Real> pull = cloth.nodes.film_pull;
+  const double density = constants.rest_density;
   const Real3 down = gravity > 0 ? (1 / gravity) * constants.gravity : Real3{};
   Kokkos::parallel_reduce(
       "drench::diffusion::rate", range(cloth.nodes.count),
       KOKKOS_LAMBDA(const Index n, double& largest) {
         const Material& m = pairs.materials(n);
-        double rate = 0;
+        double rate = 0, steepness = 0;  // 1/s, kg/s at first; Σ ω Δz², m²
         for (Index k = pairs.start(n); k < pairs.start(n + 1); ++k) {
           const Index e = pairs.item(k) / 2, i = pairs.pair(2 * e), j = pairs.pair(2 * e + 1);
           const double drop = double(dot(x(i) - x(j), down) / pairs.materials(i).capillary_height);
           if (i == n) pairs.drop(e) = drop;
           rate += pairs.conductance(e) * (m.most_mobility + m.height_mobility * Kokkos::abs(drop));
+          if (!pairs.film.exist()) continue;
+          const double fall = drop * double(pairs.materials(i).capillary_height);
+          rate +=
+              laws::steepest_film(pairs.film(e) * double(m.film_flow), 2 * double(m.film), double(m.film_depth), fall);
+          steepness += pairs.film(e) * fall * fall;
+        }
+        if (pairs.film.exist()) {
+          const double area = pairs.wet.capacity(n) / (density * double(m.film_depth));
+          const double level = 1 - Kokkos::fmin(1.0, steepness / (2 * area));  // cos² of its slope
+          pull(n) = hem(n) ? laws::at_hem : Real(gravity * gravity * level);
         }
         rate = pairs.wet.capacity(n) > 0 ? rate / pairs.wet.capacity(n) : 0.0;
         if (rate > largest) largest = rate;

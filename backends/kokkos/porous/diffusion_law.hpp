@@ -41,6 +41,16 @@ KOKKOS_INLINE_FUNCTION double retained_flux(double conductance, double saturatio
                         Kokkos::pow(Kokkos::fmax(0.0, saturation_j), beta), drop, n / beta);
 }
 
+/// F, kg/s, of a film on both faces that runs down by `drop` (m) from where it is δ thick, m (docs/theory/porous.md,
+/// Eq. 38); `flow` is ω ρ0 |g|/(12 ν).
+KOKKOS_INLINE_FUNCTION double film_flux(double flow, double delta, double drop) {
+  return delta > 0 ? flow * delta * delta * delta * drop : 0;
+}
+/// What it grows by with the saturation of the node that it leaves, kg/s, with a film of `most` on both faces.
+KOKKOS_INLINE_FUNCTION double steepest_film(double flow, double most, double depth, double drop) {
+  return flow * 3 * most * most * depth * Kokkos::abs(drop);
+}
+
 /// One of two layers in contact.
 struct Layer {
   double load, thickness, diffusivity;  // ρ0 (1−Φ) τ in kg/m²; m; m²/s

@@ -44,17 +44,22 @@ inline Layers layers_of(const Constants& constants, const Cloth& cloth) {
 /// What of a node's liquid is buffered now, and the shares of its samples in that.
 struct Maturing {
   Entries<const Quanta> capacity;
+  Entries<const double> holds;    // C_n, kg
+  Entries<const Real> film_pull;  // empty without films
   Entries<Quanta> liquid, buffered;
   Materials materials;
-  double dt, spacing;
+  double dt, spacing, quantum;
 
   Maturing(const Constants& constants, Cloth& fabric, double step)
       : capacity(fabric.nodes.capacity_quanta),
+        holds(fabric.nodes.capacity),
+        film_pull(fabric.nodes.film_pull),
         liquid(fabric.nodes.liquid),
         buffered(fabric.nodes.buffered),
         materials(node_materials(fabric)),
         dt(step),
-        spacing(constants.spacing) {}
+        spacing(constants.spacing),
+        quantum(constants.quantum) {}
 
   /// May there be any?
   KOKKOS_INLINE_FUNCTION bool any(Index n) const { return buffered(n) > 0 || liquid(n) > capacity(n); }
@@ -62,7 +67,13 @@ struct Maturing {
     const Quanta excess = liquid(n) > capacity(n) ? liquid(n) - capacity(n) : 0;
     const Quanta kept = buffered(n) < excess ? buffered(n) : excess;
     if (kept == excess) return kept;
-    const double part = laws::maturing(materials(n).emission_velocity, dt, spacing);
+    const Material& m = materials(n);
+    double part = laws::maturing(m.emission_velocity, dt, spacing);
+    if (film_pull.exist() && m.film_depth > 0) {
+      const double h = double(m.film_depth) * (double(excess - kept) * quantum / holds(n)) / 2;
+      part = laws::maturing(
+          laws::film_rate(double(m.emission_velocity) / spacing, double(m.film_growth), film_pull(n), h), dt);
+    }
     return kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
   }
 };

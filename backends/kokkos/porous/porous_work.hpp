@@ -88,6 +88,8 @@ struct DiffusionWork {
   Field<Index> pair;                   // 2 each
   Field<Index> node_start, node_item;  // node → items 2·pair + side
   Field<double> conductance;           // G_ij, kg/s
+  Field<double> film;                  // ω of films, 1; empty without them
+  Field<std::uint8_t> hem;             // per node: at the boundary; empty without films
   Field<double> drop;                  // (x_i − x_j)·ĝ/ℓ, 1
   Field<Quanta> flow;                  // to the pair's first node, quanta
   Field<double> out_share, in_share;   // φ per node
