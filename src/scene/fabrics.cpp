@@ -1,7 +1,10 @@
 #include "scene/fabrics.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <string_view>
 #include <utility>
 
@@ -21,11 +24,13 @@ std::string text_at(const Value& map, const char* key) {
   return found ? found->text : "";
 }
 
-Fabric fabric_of(const Entry& entry) {
+Fabric fabric_of(const Entry& entry, const Value& units) {
   Fabric fabric{entry.key, text_at(entry.value, "about"), {}};
-  for (const Value& v : entry.value.find("values")->items)
-    fabric.values.push_back(
-        {text_at(v, "key"), text_at(v, "value"), text_at(v, "how"), text_at(v, "source"), text_at(v, "note")});
+  for (const Value& v : entry.value.find("values")->items) {
+    const std::string key = text_at(v, "key");
+    fabric.values.push_back({key, text_at(v, "value"), text_at(units, key.c_str()), text_at(v, "how"), text_at(v, "of"),
+                             text_at(v, "source"), text_at(v, "note")});
+  }
   return fabric;
 }
 
@@ -39,7 +44,7 @@ const Data& data() {
   static const Data the_data = [] {
     const Value root = yaml::parse(std::string(fabrics_text), "fabrics.yaml");
     Data all;
-    for (const Entry& e : root.find("fabrics")->entries) all.fabrics.push_back(fabric_of(e));
+    for (const Entry& e : root.find("fabrics")->entries) all.fabrics.push_back(fabric_of(e, *root.find("units")));
     for (const Entry& e : root.find("sources")->entries)
       all.sources.push_back({e.key, text_at(e.value, "title"), text_at(e.value, "link"), text_at(e.value, "read")});
     return all;
@@ -116,13 +121,15 @@ FabricUse apply(Value& taker, const Value& cloth, bool is_region, const Fabric& 
   return use;
 }
 
+const Fabric* fabric_named(const std::string& name) {
+  const auto found = std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name; });
+  return found == fabrics().end() ? nullptr : &*found;
+}
+
 /// The fabric that a cloth or a region names; null where it names none that there is.
 const Fabric* fabric_named_in(const Value& map) {
   const Value* name = map.kind == Value::Kind::map ? map.find("fabric") : nullptr;
-  if (!name || name->kind != Value::Kind::scalar) return nullptr;
-  const auto found =
-      std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name->text; });
-  return found == fabrics().end() ? nullptr : &*found;
+  return name && name->kind == Value::Kind::scalar ? fabric_named(name->text) : nullptr;
 }
 
 void apply_to_regions(Value& cloth, std::size_t number, std::vector<FabricUse>& uses) {
@@ -146,6 +153,17 @@ void apply_to_regions(Value& cloth, std::size_t number, std::vector<FabricUse>& 
 const std::vector<Fabric>& fabrics() { return data().fabrics; }
 
 const std::vector<FabricSource>& fabric_sources() { return data().sources; }
+
+std::string basis_of(const FabricValue& value) {
+  if (value.how == "measured" || value.how == "derived") return value.how;
+  if (value.of.empty()) return value.how + ": " + value.note;
+  std::string times;
+  for (const FabricValue& v : fabric_named(value.of)->values) {
+    const double own = std::strtod(value.value.c_str(), nullptr), other = std::strtod(v.value.c_str(), nullptr);
+    if (v.key == value.key && own != other) times = fmt::format("{:.3g} times that ", own / other);
+  }
+  return value.how + ": " + times + "of " + value.of;
+}
 
 std::vector<FabricUse> apply_fabrics(Value& scene) {
   std::vector<FabricUse> uses;

@@ -13,10 +13,15 @@ namespace drench {
 struct FabricValue {
   std::string key;     // dotted, from the cloth: membrane.warp
   std::string value;   // as YAML has it
+  std::string unit;    // "" for numbers without one
   std::string how;     // measured, derived, similar or assumed
+  std::string of;      // the fabric that it was taken from, if that is one of fabrics()
   std::string source;  // a name of fabric_sources()
   std::string note;    // which sample, or how it was derived
 };
+
+/// How a value is known, in words that stand beside it: "derived", or "assumed: of sock_nylon".
+std::string basis_of(const FabricValue& value);
 
 struct Fabric {
   std::string name, about;
@@ -48,7 +53,7 @@ struct FabricUse {
 /// values in the same way, but those that do not differ within a cloth. Unknown names are left to the loader.
 std::vector<FabricUse> apply_fabrics(yaml::Value& scene);
 
-/// The same of a scene file, as load_scene() takes it. Throws SceneError.
+/// The uses in a scene file, as load_scene() reads it. Throws SceneError.
 std::vector<FabricUse> fabrics_used(const std::string& path, const std::vector<std::string>& overrides = {});
 
 }  // namespace drench

@@ -36,11 +36,14 @@ const Fabric& fabric(const std::string& name) {
   return *std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name; });
 }
 
-double value(const std::string& name, const std::string& key) {
-  for (const FabricValue& v : fabric(name).values)
-    if (v.key == key) return std::stod(v.value);
-  return NAN;
+const FabricValue& entry(const std::string& name, const std::string& key) {
+  const std::vector<FabricValue>& values = fabric(name).values;
+  return *std::find_if(values.begin(), values.end(), [&](const FabricValue& v) { return v.key == key; });
 }
+
+double value(const std::string& name, const std::string& key) { return std::stod(entry(name, key).value); }
+
+bool is_its_own(const FabricValue& v) { return v.how == "measured" || v.how == "derived"; }
 
 MaterialScene material(const std::vector<std::string>& overrides = {}) {
   return parse(wet_scene, overrides).cloths.at(0).material;
@@ -90,6 +93,44 @@ TEST(Fabrics, EveryNumberIsWithinBoundsAndHasASource) {
       EXPECT_FALSE(v.note.empty()) << what;
     }
   }
+}
+
+TEST(Fabrics, AValueThatIsTakenFromAnotherFabricNamesIt) {
+  std::set<std::string> names;
+  for (const Fabric& f : fabrics()) names.insert(f.name);
+  for (const Fabric& f : fabrics()) {
+    for (const FabricValue& v : f.values) {
+      const std::string what = f.name + ": " + v.key;
+      if (is_its_own(v)) {
+        EXPECT_EQ(v.of, "") << what;
+        EXPECT_EQ(basis_of(v), v.how) << what;
+      } else if (v.of.empty()) {
+        EXPECT_EQ(basis_of(v), v.how + ": " + v.note) << what;
+        EXPECT_EQ(v.note.find("values of "), v.note.npos) << what << ": name the fabric by the key of";
+      } else {
+        ASSERT_TRUE(names.contains(v.of) && v.of != f.name) << what << ": " << v.of;
+        EXPECT_TRUE(is_its_own(entry(v.of, v.key))) << what << ": " << v.of;
+        if (std::stod(v.value) == value(v.of, v.key)) {
+          EXPECT_EQ(basis_of(v), v.how + ": of " + v.of) << what;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(basis_of(entry("wool_weave", "porous.diffusivity")), "assumed: 0.1 times that of sock_nylon");
+}
+
+/// Wicking is what differs most between fabrics, and what is measured of the fewest.
+TEST(Fabrics, NoneWicksLikeAnotherWithoutSayingSo) {
+  std::size_t own = 0;
+  for (const Fabric& f : fabrics()) {
+    for (const char* key : {"porous.diffusivity", "porous.diffusion_exponent", "porous.capillary_height"}) {
+      const FabricValue& v = entry(f.name, key);
+      EXPECT_NE(is_its_own(v), !v.of.empty()) << f.name << ": " << key;
+      EXPECT_EQ(v.of, entry(f.name, "porous.diffusivity").of) << f.name << ": " << key;
+    }
+    if (is_its_own(entry(f.name, "porous.diffusivity"))) ++own;
+  }
+  EXPECT_GE(own, 4u);
 }
 
 /// Dry fabric is lighter than fibre of its thickness: the density that the solid fraction was computed with is a
