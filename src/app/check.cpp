@@ -100,26 +100,30 @@ void print_parts(const Model& model, const HostState& state) {
                deforming > 0 ? fmt::format(", {} deforming", deforming) : "", model.boundary.count());
 }
 
-std::string values_of(const std::vector<FabricValue>& values) {
-  std::string all;
-  for (const FabricValue& v : values) {
-    all += fmt::format("{}{} {}", all.empty() ? "" : ", ", v.key, v.value);
-    if (v.key == "areal_density") all += fmt::format(" ({:.4g} g/m²)", 1000 * std::strtod(v.value.c_str(), nullptr));
-  }
-  return all;
+std::string with_unit(const FabricValue& v) {
+  const std::string grams =
+      v.key == "areal_density" ? fmt::format(" = {:.4g} g/m²", 1000 * std::strtod(v.value.c_str(), nullptr)) : "";
+  return fmt::format("{} {}{}{}{}", v.key, v.value, v.unit.empty() ? "" : " ", v.unit, grams);
 }
 
-/// Which values of a cloth are its fabric's.
+/// The values that a cloth has from its fabric, each with how it is known.
 void print_fabrics(const std::vector<FabricUse>& uses, const Scene& scene) {
   for (const FabricUse& use : uses) {
+    const ClothScene& cloth = scene.cloths[use.cloth];
+    fmt::print(
+        "fabric {} of {}cloth {}:\n", use.fabric,
+        use.region < 0 ? "" : region_label(cloth.regions[static_cast<std::size_t>(use.region)], use.region) + " of ",
+        cloth.name);
+    for (std::size_t k = 0; k < use.given.size();) {  // neighbours that are known in the same way share a line
+      const std::string basis = basis_of(use.given[k]);
+      std::string line = with_unit(use.given[k++]);
+      while (k < use.given.size() && basis_of(use.given[k]) == basis) line += ", " + with_unit(use.given[k++]);
+      fmt::print("  {} ({})\n", line, basis);
+    }
     std::string own;
     for (const auto* not_taken : {&use.own, &use.whole})
       for (const FabricValue& v : *not_taken) own += (own.empty() ? "" : ", ") + v.key;
-    const ClothScene& cloth = scene.cloths[use.cloth];
-    fmt::print(
-        "fabric {} of {}cloth {}: {}{}\n", use.fabric,
-        use.region < 0 ? "" : region_label(cloth.regions[static_cast<std::size_t>(use.region)], use.region) + " of ",
-        cloth.name, values_of(use.given), own.empty() ? "" : "; not used: " + own);
+    if (!own.empty()) fmt::print("  not used: {}\n", own);
   }
 }
 

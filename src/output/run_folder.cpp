@@ -123,7 +123,7 @@ void write_resolved_scene(const fs::path& folder, const Scene& scene, const std:
     line += c;
     if (c == '\n') line += "#   ";
   }
-  write_atomically(folder / "scene.yaml", head + line + "\n\n" + to_yaml(scene));
+  write_atomically(folder / "scene.yaml", head + line + "\n\n" + resolved_yaml(scene));
 }
 
 std::string run_heading(const std::string& backend_name, const std::string& backend_description,

@@ -181,4 +181,16 @@ std::vector<FabricUse> apply_fabrics(Value& scene) {
   return uses;
 }
 
+FabricOrigins origins_of(const std::vector<FabricUse>& uses) {
+  FabricOrigins origins;
+  for (const FabricUse& use : uses) {
+    const std::string region = use.region < 0 ? "" : fmt::format("regions.{}.", use.region);
+    for (const FabricValue& v : use.given)
+      origins.values.push_back({fmt::format("cloth.{}.{}{}", use.cloth, region, v.key),
+                                std::strtod(v.value.c_str(), nullptr),
+                                fmt::format("fabric {}, {}", use.fabric, basis_of(v))});
+  }
+  return origins;
+}
+
 }  // namespace drench

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/scene.hpp"
 #include "scene/yaml_tree.hpp"
 
 namespace drench {
@@ -52,6 +53,9 @@ struct FabricUse {
 /// scene has stays, and what is under `porous` counts only where the cloth has that key. Regions take their fabrics'
 /// values in the same way, but those that do not differ within a cloth. Unknown names are left to the loader.
 std::vector<FabricUse> apply_fabrics(yaml::Value& scene);
+
+/// The scene's numbers that come from fabrics, and how each is known.
+FabricOrigins origins_of(const std::vector<FabricUse>& uses);
 
 /// The uses in a scene file, as load_scene() reads it. Throws SceneError.
 std::vector<FabricUse> fabrics_used(const std::string& path, const std::vector<std::string>& overrides = {});

@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <sstream>
 #include <tuple>
 
 #include "scene/describe.hpp"
@@ -34,6 +38,23 @@ std::string read_text(const std::string& path) {
   return text;
 }
 
+/// What stands at a dotted path, such as cloth.0.thickness; null if it is not a scalar.
+const yaml::Value* value_at(const yaml::Value& root, const std::string& dotted) {
+  const yaml::Value* value = &root;
+  for (std::size_t from = 0; value && from <= dotted.size();) {
+    const std::size_t to = std::min(dotted.find('.', from), dotted.size());
+    const std::string part = dotted.substr(from, to - from);
+    if (value->kind == yaml::Value::Kind::list) {
+      const std::size_t number = std::stoul(part);
+      value = number < value->items.size() ? &value->items[number] : nullptr;
+    } else {
+      value = value->find(part);
+    }
+    from = to + 1;
+  }
+  return value && value->kind == yaml::Value::Kind::scalar ? value : nullptr;
+}
+
 }  // namespace
 
 std::optional<std::pair<std::string, std::string>> too_often(const Scene& scene) {
@@ -57,9 +78,10 @@ Scene parse_scene(const std::string& yaml_text, const std::string& path_for_mess
     throw SceneError(path_for_messages + ":1:1", "scene: is empty; allowed: a map that begins with drench: 1");
   }
   for (const std::string& override_text : overrides) yaml::apply_override(root, override_text);
-  apply_fabrics(root);
+  const std::vector<FabricUse> uses = apply_fabrics(root);
   Scene scene;
   scene.path = path_for_messages;
+  scene.origins = origins_of(uses);
   load_section(root, std::filesystem::path(path_for_messages).parent_path().string(),
                [&](Section& s) { describe(s, scene); });
   return scene;
@@ -68,6 +90,26 @@ Scene parse_scene(const std::string& yaml_text, const std::string& path_for_mess
 std::string to_yaml(const Scene& scene) {
   Scene copy = scene;  // a description takes what it can change
   return save_section([&](Section& s) { describe(s, copy); });
+}
+
+std::string resolved_yaml(const Scene& scene) {
+  const std::string text = to_yaml(scene);
+  if (scene.origins.values.empty()) return text;
+  const yaml::Value root = yaml::parse(text, "scene");
+  std::map<int, std::vector<std::string>> comments;  // by line
+  for (const FabricOrigin& origin : scene.origins.values) {
+    const yaml::Value* value = value_at(root, origin.key);
+    if (!value || std::strtod(value->text.c_str(), nullptr) != origin.value) continue;  // a program has changed it
+    std::vector<std::string>& all = comments[value->place.line];
+    if (std::find(all.begin(), all.end(), origin.basis) == all.end()) all.push_back(origin.basis);
+  }
+  std::string with_comments;
+  std::istringstream lines(text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line); with_comments += line + "\n")
+    for (const std::string& comment : comments[++number])
+      line += (line.find("  # ") == line.npos ? "  # " : ", ") + comment;
+  return with_comments;
 }
 
 Scene load_scene(const std::string& path, const std::vector<std::string>& overrides) {

@@ -348,6 +348,20 @@ struct AirScene {
   bool operator==(const AirScene&) const = default;
 };
 
+/// A number that a named fabric supplied (scene/fabrics.hpp).
+struct FabricOrigin {
+  std::string key;    // dotted, from the scene: cloth.0.porous.diffusivity
+  double value = 0;   // in the unit of the key
+  std::string basis;  // how it is known: "fabric cotton_interlock, assumed: of sock_nylon"
+};
+
+/// Comments of the resolved scene. They compute nothing, so all are equal.
+struct FabricOrigins {
+  std::vector<FabricOrigin> values;  // of all cloths and their regions
+
+  bool operator==(const FabricOrigins&) const { return true; }
+};
+
 /// A whole scene. Mesh files are absolute paths, all other values as in the file.
 struct Scene {
   std::string path;                           // the file that it came from, "" when built in memory
@@ -366,6 +380,7 @@ struct Scene {
   ClothSolverScene cloth_solver;   // one for all cloths
   std::vector<ClothScene> cloths;  // each with its own mesh and fabric
   std::vector<BodyScene> bodies;   // containers and obstacles
+  FabricOrigins origins;           // of the cloths' numbers
 
   bool operator==(const Scene&) const = default;
 };

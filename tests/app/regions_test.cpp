@@ -275,12 +275,12 @@ TEST(Regions, TakeTheValuesOfAFabric) {
   const test::TempFolder folder;
   test::write_text(folder.path() / "scene.yaml", yaml);
   const std::string out = test::run_drench(folder.path(), {"check", "scene.yaml"}).out;
-  EXPECT_NE(
-      out.find(
-          "fabric denim_11oz of region 0 (box) of cloth sheet: areal_density 0.324 (324 g/m²), membrane.warp 2028"),
-      out.npos)
+  EXPECT_NE(out.find("fabric denim_11oz of region 0 (box) of cloth sheet:\n"
+                     "  areal_density 0.324 kg/m² = 324 g/m² (measured)\n"
+                     "  membrane.warp 2028.0 N/m, "),
+            out.npos)
       << out;
-  EXPECT_NE(out.find("; not used: thickness, porous.diffusion_exponent, porous.capillary_height\n"), out.npos) << out;
+  EXPECT_NE(out.find("  not used: thickness, porous.diffusion_exponent, porous.capillary_height\n"), out.npos) << out;
   EXPECT_NE(out.find("region 0 (box) of sheet: 200 triangles"), out.npos) << out;
 }
 
