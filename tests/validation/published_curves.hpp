@@ -9,32 +9,46 @@ namespace drench::test {
 
 /// Heights of water over time in a strip that hangs into it.
 struct WickingCurve {
-  const char* fabric;
+  const char* knit;
+  const char* fabric;             // its name in src/scene/fabrics.yaml
   std::array<double, 7> height;   // m: mean of nine strips at wicking_times
   std::array<double, 7> scatter;  // m: standard deviation of the nine
 };
 
 inline constexpr std::array<double, 7> wicking_times{30, 60, 120, 180, 300, 420, 600};  // s
 
-/// W. Jasper, O. Tandel: Wicking Tracker, github.com/wjasper/Wicking_Tracker (2025), folder output, raw tables data.csv
-/// of the indoor runs `108 Nylon F1…F9`, `108 Nylon T1…T9`, `108 Polyester F1…F9`, `108 Polyester T1…T9`, `200
-/// Polyester F1…F9`. F is a flat and T a terry knit of socks, the number that of the machine's needles. Before 30 s
-/// their camera lags.
-inline constexpr std::array<WickingCurve, 5> sock_curves{{{"flat nylon, 108 needles",
+/// W. Jasper, O. Tandel: Wicking Tracker, github.com/wjasper/Wicking_Tracker (2025, GPL-3.0), folder output, raw tables
+/// data.csv of the indoor runs `108 Nylon F1…F9`, `108 Nylon T1…T9`, `108 Polyester F1…F9`, `108 Polyester T1…T9` and
+/// `200 Polyester F1…F9` of July 2025, `144 Nylon F1…F9` of 30 June and 1 July, `144 Nylon T1-0628…T9-0628` of 28 June.
+/// F is a flat and T a terry knit of socks, the number that of the machine's needles. Before 30 s their camera lags.
+inline constexpr std::array<WickingCurve, 7> sock_curves{{{"flat nylon, 108 needles",
+                                                           "sock_nylon",
                                                            {0.0341, 0.0427, 0.0530, 0.0597, 0.0706, 0.0779, 0.0849},
                                                            {0.0010, 0.0011, 0.0010, 0.0009, 0.0009, 0.0010, 0.0007}},
                                                           {"terry nylon, 108 needles",
+                                                           "sock_nylon_terry",
                                                            {0.0327, 0.0411, 0.0510, 0.0577, 0.0689, 0.0761, 0.0834},
                                                            {0.0008, 0.0009, 0.0009, 0.0010, 0.0009, 0.0011, 0.0014}},
                                                           {"flat polyester, 108 needles",
+                                                           "sock_polyester",
                                                            {0.0358, 0.0438, 0.0526, 0.0586, 0.0685, 0.0744, 0.0809},
                                                            {0.0015, 0.0015, 0.0010, 0.0014, 0.0011, 0.0013, 0.0009}},
                                                           {"terry polyester, 108 needles",
+                                                           "sock_polyester_terry",
                                                            {0.0333, 0.0406, 0.0500, 0.0561, 0.0664, 0.0725, 0.0791},
                                                            {0.0009, 0.0008, 0.0010, 0.0012, 0.0015, 0.0015, 0.0016}},
                                                           {"flat polyester, 200 needles",
+                                                           "sock_polyester_200",
                                                            {0.0435, 0.0560, 0.0710, 0.0843, 0.1001, 0.1135, 0.1292},
-                                                           {0.0011, 0.0013, 0.0021, 0.0019, 0.0019, 0.0017, 0.0019}}}};
+                                                           {0.0011, 0.0013, 0.0021, 0.0019, 0.0019, 0.0017, 0.0019}},
+                                                          {"flat nylon, 144 needles",
+                                                           "sock_nylon_144",
+                                                           {0.0436, 0.0565, 0.0716, 0.0814, 0.0972, 0.1115, 0.1271},
+                                                           {0.0047, 0.0042, 0.0042, 0.0047, 0.0058, 0.0057, 0.0054}},
+                                                          {"terry nylon, 144 needles",
+                                                           "sock_nylon_144_terry",
+                                                           {0.0371, 0.0480, 0.0617, 0.0705, 0.0840, 0.0965, 0.1108},
+                                                           {0.0019, 0.0021, 0.0024, 0.0024, 0.0028, 0.0026, 0.0022}}}};
 
 /// Saturation over the similarity variable x/√t.
 struct ProfilePoint {
