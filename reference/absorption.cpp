@@ -38,9 +38,11 @@ double demand(const ReferenceState& state, Index i, Index j, double dt) {
   const double r = xij.norm();
   double cosine = 0;
   if (direction.norm() > 0 && r > 1e-9 * h) cosine = xij.dot(direction) / (r * direction.norm());
+  const bool film = cloth.film_depth > 0 && !(is_permeable(state, j) && is_driven(state, j));
+  const double seen = cosine;
   if (is_permeable(state, j)) cosine = 0;
   double cap = 1 + (cloth.max_saturation - 1) * std::max(0.0, cosine);
-  if (cloth.film_depth > 0) cap = cosine > -0.25 ? cloth.max_saturation : 1;
+  if (film) cap = seen > -0.25 ? cloth.max_saturation : 1;
   const bool controlled = m.scene.processes.saturation_control;
   const double deficit = controlled ? std::max(0.0, cap - sample_saturation(state, j)) : 1;
   const double laplacian = 45 * (h - r) / (std::numbers::pi * std::pow(h, 6));  // 1/m⁵

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "contact_wicking.hpp"
 #include "state/needed_fields.hpp"
@@ -48,13 +49,23 @@ double normal_pull(const ReferenceState& state, Index n) {
   return vec(state.model.scene.gravity).squaredNorm() * (1 - std::min(1.0, steepness / (2 * area)));
 }
 
+/// Does pressure drive liquid through a sample at node n?
+bool passes(const ReferenceState& state, Index n) {
+  for (Index p = 0; p < state.model.samples.count(); ++p)
+    for (int k = 0; k < 3; ++k)
+      if (sample_node(state, p, k) == n && is_driven(state, p)) return true;
+  return false;
+}
+
 /// 1/s; of a film that hangs under a face the growth of its drops; `film` is what has not matured
 /// (docs/theory/porous.md, Eq. 39).
 double maturing_rate(const ReferenceState& state, Index n, Quanta film) {
   const Model& m = state.model;
   const ClothMaterial& c = m.material_of_node(n);
   const double fastest = c.emission_velocity / m.spacing;
-  if (!m.has_films() || !(c.film_depth > 0) || m.fabric.hem[n]) return fastest;
+  if (!m.has_films() || !(c.film_depth > 0)) return fastest;
+  if (c.conductance > 0 && passes(state, n)) return std::numeric_limits<double>::infinity();
+  if (m.fabric.hem[n]) return fastest;
   const double h = 0.5 * c.film_depth * static_cast<double>(film) * m.quantum / m.samples.node_capacity[n];
   return std::min(fastest, c.film_growth * normal_pull(state, n) * std::pow(h, 3));
 }

@@ -107,8 +107,6 @@ void describe_porous(Section& s, MaterialScene& fabric) {
           "requires diffusivity, which is 0; allowed: only with diffusivity above 0");
   s.number("permeability", fabric.permeability, "[0, 1e-4]", "m²",
            "permeability k of the wet fabric through its thickness, for flow by Darcy's law; 0: impermeable");
-  s.check(!(fabric.film > 0) || fabric.permeability == 0, "film",
-          "cannot be combined with permeability; allowed: one of the two");
   s.number("forchheimer", fabric.forchheimer, "[0, 1e9]", "1/m",
            "Forchheimer coefficient β: flow at u m/s through the thickness τ costs ρ0 β τ u² beside Darcy's pressure");
   s.number("fibre_diameter", fabric.fibre_diameter, "[0, 1e-2]", "m",

@@ -85,8 +85,6 @@ void describe_pores(Section& s, MaterialScene& fabric) {
           "requires permeability, which is 0; allowed: only with permeability above 0");
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "diffusivity",
           "is 0, but contact_wicking of the cloth requires it; allowed: above 0");
-  s.check(!(fabric.film > 0) || fabric.permeability == 0, "permeability",
-          "cannot be combined with film of the cloth; allowed: 0");
   check_rates(s, fabric);
   for (const char* key : {"emission_ramp", "diffusion", "diffusion_exponent", "capillary_height", "retention_exponent",
                           "adhesion", "contact_wicking", "film", "film_viscosity"})

@@ -56,7 +56,7 @@ void set_permeation(Model& model) {
   if (!model.has_permeation()) return;
   for (auto* list : {&model.cloths, &model.patches})
     for (ClothMaterial& m : *list)
-      if (m.conductance > 0) m.emission_velocity = std::numeric_limits<double>::infinity();
+      if (m.conductance > 0 && !m.has_film()) m.emission_velocity = std::numeric_limits<double>::infinity();
 }
 
 void set_films(Model& model) {

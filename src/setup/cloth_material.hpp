@@ -14,7 +14,7 @@ ClothMaterial resolve_material(const ClothScene& cloth, const MaterialScene& fab
 void set_absorption(Model& model);
 
 /// The conductance k/(ν τ) and the entry potential p_b/ρ0 of the cloths that liquid passes through, whose excess leaves
-/// at once.
+/// at once unless they carry a film.
 void set_permeation(Model& model);
 
 /// How films of liquid run and drip on the cloths that have them, and how much they hold (docs/theory/porous.md).

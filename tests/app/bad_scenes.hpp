@@ -356,8 +356,6 @@ inline constexpr BadScene bad_scenes[] = {
      "requires diffusivity, which is 0"},
     {"ViscosityWithoutFilm", CLOTH "    porous: {film_viscosity: 1e-6}\n", 4, 30, "cloth.0.porous.film_viscosity",
      "requires film, which is 0"},
-    {"FilmOfPermeableCloth", CLOTH "    porous: {film: 3e-4, permeability: 1e-10}\n", 4, 20, "cloth.0.porous.film",
-     "cannot be combined with permeability"},
     {"FilmOfAnInviscidLiquid",
      FLUID "  viscosity: 0\ncloth:\n  - mesh: {grid: {nodes: [5, 5]}}\n    porous: {film: 3.0e-4}\n", 7, 20,
      "cloth.0.porous.film", "fluid.viscosity is 0"},

@@ -44,19 +44,24 @@ inline Layers layers_of(const Constants& constants, const Cloth& cloth) {
 /// What of a node's liquid is buffered now, and the shares of its samples in that.
 struct Maturing {
   Entries<const Quanta> capacity;
-  Entries<const double> holds;    // C_n, kg
+  Entries<const double> holds;  // C_n, kg
+  Entries<const Index> sample_start, sample_item;
   Entries<const Real> film_pull;  // empty without films
   Entries<Quanta> liquid, buffered;
   Materials materials;
+  Driven driven;
   double dt, spacing, quantum;
 
   Maturing(const Constants& constants, Cloth& fabric, double step)
       : capacity(fabric.nodes.capacity_quanta),
         holds(fabric.nodes.capacity),
+        sample_start(fabric.nodes.sample_start),
+        sample_item(fabric.nodes.sample_item),
         film_pull(fabric.nodes.film_pull),
         liquid(fabric.nodes.liquid),
         buffered(fabric.nodes.buffered),
         materials(node_materials(fabric)),
+        driven(fabric),
         dt(step),
         spacing(constants.spacing),
         quantum(constants.quantum) {}
@@ -70,11 +75,21 @@ struct Maturing {
     const Material& m = materials(n);
     double part = laws::maturing(m.emission_velocity, dt, spacing);
     if (film_pull.exist() && m.film_depth > 0) {
+      if (passes(n)) return excess;
       const double h = double(m.film_depth) * (double(excess - kept) * quantum / holds(n)) / 2;
       part = laws::maturing(
           laws::film_rate(double(m.emission_velocity) / spacing, double(m.film_growth), film_pull(n), h), dt);
     }
     return kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
+  }
+
+ private:
+  /// Does pressure drive liquid through a sample at node n?
+  KOKKOS_INLINE_FUNCTION bool passes(Index n) const {
+    if (!driven.passing.exist()) return false;
+    for (Index k = sample_start(n); k < sample_start(n + 1); ++k)
+      if (driven(sample_item(k) / 4)) return true;
+    return false;
   }
 };
 
