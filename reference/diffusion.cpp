@@ -41,7 +41,7 @@ std::vector<Pair> exchanging_pairs(const ReferenceState& state) {
   return pairs;
 }
 
-/// Of the film that runs from one node to the other, kg/s, positive to the first: docs/theory/porous.md, Eq. 38. δ is
+/// Of the film that runs from one node to the other, kg/s, positive to the first: docs/theory/porous.md, Eq. 39. δ is
 /// the film's thickness on both faces of the upper node.
 double film_flux(const ReferenceState& state, const Pair& pair) {
   const ClothMaterial& c = material(state, pair.first);

@@ -58,7 +58,7 @@ bool passes(const ReferenceState& state, Index n) {
 }
 
 /// 1/s; of a film that hangs under a face the growth of its drops; `film` is what has not matured
-/// (docs/theory/porous.md, Eq. 39).
+/// (docs/theory/porous.md, Eq. 41).
 double maturing_rate(const ReferenceState& state, Index n, Quanta film) {
   const Model& m = state.model;
   const ClothMaterial& c = m.material_of_node(n);

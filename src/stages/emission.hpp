@@ -3,7 +3,7 @@
 //
 // Law:    docs/theory/porous.md, section 5: the excess matures in a buffer (node_buffered), then leaves (a) to liquid
 //         in the cone, (b) not at all where a solid is in the cone, (c) to other layers, (d) as a new particle; (e) the
-//         rest stays. Section 11: without `processes: direction` there is no cone.
+//         rest stays. Section 11: without `processes: direction` there is no cone. Section 16: films.
 // Reads:  positions (m), velocities (m/s), fluid_mass, node_liquid, node_buffered (quanta), sample_flow_direction (1),
 //         lists fluid→sample (sample→fluid), sample→sample, sample→boundary.
 // Writes: node_liquid, node_buffered (quanta), node_velocity (c), fluid_mass, fluid_velocity (a), fluid_* appended (d;

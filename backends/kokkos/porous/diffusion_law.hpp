@@ -42,7 +42,7 @@ KOKKOS_INLINE_FUNCTION double retained_flux(double conductance, double saturatio
 }
 
 /// F, kg/s, of a film on both faces that runs down by `drop` (m) from where it is δ thick, m (docs/theory/porous.md,
-/// Eq. 38); `flow` is ω ρ0 |g|/(12 ν).
+/// Eq. 39); `flow` is ω ρ0 |g|/(12 ν).
 KOKKOS_INLINE_FUNCTION double film_flux(double flow, double delta, double drop) {
   return delta > 0 ? flow * delta * delta * delta * drop : 0;
 }

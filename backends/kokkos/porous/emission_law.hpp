@@ -17,7 +17,7 @@ KOKKOS_INLINE_FUNCTION double maturing(double rate, double dt) { return -Kokkos:
 inline constexpr Real at_hem = -1;
 
 /// Rate at which the excess of fabric with a film matures, 1/s: a film of thickness h (m) that hangs under a face drips
-/// at the rate of the Rayleigh–Taylor instability (docs/theory/porous.md, Eq. 39), but no faster than `fastest`.
+/// at the rate of the Rayleigh–Taylor instability (docs/theory/porous.md, Eq. 41), but no faster than `fastest`.
 /// `pull`: square of gravity's component normal to the face, m²/s⁴.
 KOKKOS_INLINE_FUNCTION double film_rate(double fastest, double growth, Real pull, double h) {
   return pull == at_hem ? fastest : Kokkos::fmin(fastest, growth * double(pull) * h * h * h);
