@@ -212,6 +212,14 @@ TEST_F(Ranks, ClothThatTouchesItselfAndDrips) {
   EXPECT_GT(fresh, 0) << "no drops";
 }
 
+TEST_F(Ranks, FilmsThatRunAndDrip) {
+  std::string text = porous_scene;
+  for (const std::string from : {"max_saturation: 1.5,", "porous: {diffusivity: 1.0e-3,"})
+    text.replace(text.find(from), from.size(),
+                 (from[0] == 'p' ? "porous: {diffusivity: 1.0e-3, " : "") + std::string("film: 6.0e-4,"));
+  expect_equal(scene(text.c_str()), {2}, 12);
+}
+
 TEST_F(Ranks, ClothByXpbdUnderWater) {
   expect_equal(scene(porous_scene), {3}, 5, {"--set", "cloth_solver.method=xpbd"});
 }
