@@ -352,7 +352,7 @@ inline constexpr BadScene bad_scenes[] = {
     {"ProbesWithoutTime", FLUID "output: {every: 0, probes: [{name: a, point: {position: [0, 0, 0]}}]}\n", 4, 9,
      "output.probe_every", "is missing, and every is 0"},
     {"TimeWithoutProbes", FLUID "output: {probe_every: 0.1}\n", 4, 23, "output.probe_every", "applies only to probes"},
-    {"FilmWithoutDiffusion", CLOTH "    porous: {diffusivity: 0, film: 3e-4}\n", 4, 46, "cloth.0.porous.film",
+    {"FilmWithoutDiffusion", CLOTH "    porous: {diffusivity: 0, film: 3e-4}\n", 4, 36, "cloth.0.porous.film",
      "requires diffusivity, which is 0"},
     {"ViscosityWithoutFilm", CLOTH "    porous: {film_viscosity: 1e-6}\n", 4, 30, "cloth.0.porous.film_viscosity",
      "requires film, which is 0"},

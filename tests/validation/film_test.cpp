@@ -19,16 +19,16 @@ std::string strip(int nodes_down, double end) {
   return fmt::format(R"(drench: 1
 time: {{step: 0.004, end: {}}}
 domain: {{min: [-0.2, -0.1, -0.2], max: [0.2, 0.4, 0.2]}}
-fluid: {{spacing: 0.005, viscosity: {}}}
+fluid: {{spacing: 0.005, viscosity: 1.0e-4}}
 cloth:
   - mesh: {{grid: {{size: [{}, {}], nodes: [{}, 11]}}}}
     place: {{position: [0, 0.2, 0], rotate: {{axis: [0, 0, 1], degrees: 90}}}}
     dynamics: false
     thickness: 0.001
     initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: 2}}]
-    porous: {{diffusivity: 1.0e-6, capillary_height: 100, film: {}}}
+    porous: {{diffusivity: 1.0e-6, capillary_height: 100, film: {}, film_viscosity: {}}}
 )",
-                     end, viscosity, height, width, nodes_down, thickest);
+                     end, height, width, nodes_down, thickest, viscosity);
 }
 
 /// Per node: thickness of the film on both faces, m.
