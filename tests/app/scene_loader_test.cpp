@@ -139,6 +139,8 @@ ClothScene every_cloth_key() {
   c.material.diffusion = DiffusionLaw::degenerate;
   c.material.capillary_height = 0.8;
   c.material.wet_adhesion = 0.05;
+  c.material.film = 4.0e-4;
+  c.material.film_viscosity = 2.0e-6;
   c.material.permeability = 2.0e-10;
   c.material.forchheimer = 2.0e5;
   c.material.breakthrough_pressure = 300;
