@@ -5,8 +5,19 @@
 inline constexpr Index wide = 16;
 using Wide [[gnu::vector_size(wide * sizeof(Real))]] = Real;
 
-[[gnu::always_inline]] inline void load(Wide& v, const Real* from) { std::memcpy(&v, from, sizeof(v)); }
-[[gnu::always_inline]] inline void store(const Wide& v, Real* to) { std::memcpy(to, &v, sizeof(v)); }
+/// One register of the instruction set. Twelve sums in registers of Wide would not fit into the 16 that AVX2 has.
+inline constexpr Index register_bytes = DRENCH_ISA_BITS / 8;
+inline constexpr Index lanes = register_bytes / static_cast<Index>(sizeof(Real));
+using Register [[gnu::vector_size(register_bytes)]] = Real;
+
+template <class Vector>
+[[gnu::always_inline]] inline void load(Vector& v, const Real* from) {
+  std::memcpy(&v, from, sizeof(v));
+}
+template <class Vector>
+[[gnu::always_inline]] inline void store(const Vector& v, Real* to) {
+  std::memcpy(to, &v, sizeof(v));
+}
 /// The sums of each one's 16 parts, by halves.
 [[gnu::always_inline]] inline void totals(const Wide (&v)[3], Real (&sum)[3]) {
   using Half [[gnu::vector_size(wide / 2 * sizeof(Real))]] = Real;
@@ -75,12 +86,12 @@ template <Index count>
 [[gnu::always_inline]] inline void panel_products(const Real* a, Index columns, Index stride, Index row, Index from,
                                                   Index to, Real* out, Index out_stride) {
   Index r = from;
-  for (; r + wide < to; r += 2 * wide) {
-    Wide first[count]{}, second[count]{}, v, w;
+  for (; r + lanes < to; r += 2 * lanes) {
+    Register first[count]{}, second[count]{}, v, w;
     for (Index c = 0; c < columns; ++c) {
       const Real* const column = a + c * stride;
       load(v, column + r);
-      load(w, column + r + wide);
+      load(w, column + r + lanes);
       for (Index q = 0; q < count; ++q) {
         first[q] += column[row + q] * v;
         second[q] += column[row + q] * w;
@@ -88,11 +99,11 @@ template <Index count>
     }
     for (Index q = 0; q < count; ++q) {
       store(first[q], out + q * out_stride + r);
-      store(second[q], out + q * out_stride + r + wide);
+      store(second[q], out + q * out_stride + r + lanes);
     }
   }
   if (r >= to) return;
-  Wide sum[count]{}, v;
+  Register sum[count]{}, v;
   for (Index c = 0; c < columns; ++c) {
     const Real* const column = a + c * stride;
     load(v, column + r);
