@@ -34,20 +34,30 @@ template <class Vector>
   sum[2] = (q[2][0] + q[2][2]) + (q[2][1] + q[2][3]);
 }
 
+/// Subtracts from `count` registers of column c, at row r, the multiples of the columns before it.
+template <Index count>
+[[gnu::always_inline]] inline void subtract_columns(const Real* a, Index c, Index stride, Index r, Real* own) {
+  Register sum[count], v;
+  for (Index i = 0; i < count; ++i) load(sum[i], own + r + i * lanes);
+  for (Index k = 0; k < c; ++k) {
+    const Real* const column = a + k * stride;
+    const Real part = column[c];
+    for (Index i = 0; i < count; ++i) {
+      load(v, column + r + i * lanes);
+      sum[i] -= part * v;
+    }
+  }
+  for (Index i = 0; i < count; ++i) store(sum[i], own + r + i * lanes);
+}
+
 /// Factors the first `columns` columns in place. Where rounding has taken a pivot, that number stays as it is.
 inline void factor_panel(Real* a, Index columns, Index stride, Real* inverse_pivot) {
   for (Index c = 0; c < columns; ++c) {
     Real* const own = a + c * stride;
     const Index begin = c / wide * wide;
-    for (Index r = begin; r < stride; r += wide) {
-      Wide sum, v;
-      load(sum, own + r);
-      for (Index k = 0; k < c; ++k) {
-        load(v, a + k * stride + r);
-        sum -= a[k * stride + c] * v;
-      }
-      store(sum, own + r);
-    }
+    Index first = begin;
+    for (; first + wide < stride; first += 2 * wide) subtract_columns<2 * wide / lanes>(a, c, stride, first, own);
+    if (first < stride) subtract_columns<wide / lanes>(a, c, stride, first, own);
     const Real inverse = own[c] > 0 ? 1 / std::sqrt(own[c]) : Real(0);
     inverse_pivot[c] = inverse;
     for (Index r = begin; r < stride; r += wide) {
@@ -122,21 +132,25 @@ inline void products_of_6(const Real* a, Index columns, Index stride, Index row,
 
 /// out = Σ_c a_c x_c over `rows` rows, a multiple of 16.
 inline void panel_times(const Real* a, Index columns, Index stride, Index rows, const Real* x, Real* out) {
+  constexpr Index count = wide / lanes;
   for (Index r = 0; r < rows; r += wide) {
-    Wide even{}, odd{}, v;
+    Register even[count]{}, odd[count]{}, v;
     Index c = 0;
-    for (; c + 1 < columns; c += 2) {
-      load(v, a + c * stride + r);
-      even += x[c] * v;
-      load(v, a + (c + 1) * stride + r);
-      odd += x[c + 1] * v;
+    for (; c + 1 < columns; c += 2)
+      for (Index i = 0; i < count; ++i) {
+        load(v, a + c * stride + r + i * lanes);
+        even[i] += x[c] * v;
+        load(v, a + (c + 1) * stride + r + i * lanes);
+        odd[i] += x[c + 1] * v;
+      }
+    for (Index i = 0; i < count; ++i) {
+      if (c < columns) {
+        load(v, a + c * stride + r + i * lanes);
+        even[i] += x[c] * v;
+      }
+      const Register sum = even[i] + odd[i];
+      store(sum, out + r + i * lanes);
     }
-    if (c < columns) {
-      load(v, a + c * stride + r);
-      even += x[c] * v;
-    }
-    const Wide sum = even + odd;
-    store(sum, out + r);
   }
 }
 
