@@ -10,8 +10,6 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr double volume_units = 1099511627776.0;  // 2^40, of V W
-
 /// Σ V W of the liquid on both sides of each sample.
 void sum_liquid(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
                 DryingWork& work) {
@@ -34,7 +32,7 @@ void sum_liquid(const Constants& constants, const Fluid& fluid, const NeighborLi
             const Index p = near(k);
             const Real3 away = here - at(p);
             const double share = volume * double(kernel.value(norm(away)));
-            Kokkos::atomic_add(&sides(2 * p + (dot(away, normal(p)) >= 0 ? 1 : 0)), fixed_point(volume_units * share));
+            Kokkos::atomic_add(&sides(2 * p + (dot(away, normal(p)) >= 0 ? 1 : 0)), fixed_point(share_units * share));
           }
         });
   fluid.exchange.add_up(work.sides, 2 * cloth.samples.count);
@@ -53,7 +51,7 @@ void open_sides(const Constants& constants, const NeighborLists& lists, const Bo
   const Kernel kernel = constants.kernel;
   parallel(
       "drench::drying::open", cloth.samples.count, KOKKOS_LAMBDA(const Index p) {
-        double filled[2] = {double(sides(2 * p)) / volume_units, double(sides(2 * p + 1)) / volume_units};
+        double filled[2] = {double(sides(2 * p)) / share_units, double(sides(2 * p + 1)) / share_units};
         const Real3 here = at(p), n = normal(p);
         const Neighbors::Row near = solids ? list.row(p) : Neighbors::Row{};
         near.for_each([&](Index b) {

@@ -8,8 +8,6 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr double space_units = 1099511627776.0;  // 2^40: sums of shares do not depend on their order
-
 void prepare(const Cloth& cloth, EmissionWork& work) {
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
   make_room(work.target, "drench::emission::target", samples);
@@ -119,7 +117,7 @@ void measure_space(const Constants& constants, const Fluid& fluid, const Cloth& 
           if (!(r2 < h2)) return;
           const double share = volume * double(mass(j)) * double(kernel.value(Kokkos::sqrt(r2))) +
                                (r2 < near2 ? laws::crowded_share : 0);
-          Kokkos::atomic_add(&liquid(c), fixed_point(space_units * share));
+          Kokkos::atomic_add(&liquid(c), fixed_point(share_units * share));
         });
       });
 }
@@ -134,8 +132,8 @@ void rank(const Constants& constants, const Cloth& cloth, EmissionWork& work) {
   const Entries<Index> ranks = work.rank;
   const CandidateCells cells(cloth, work);
   const Real near2 = constants.spacing * constants.spacing / 4;
-  const auto most = static_cast<std::int64_t>(space_units * laws::surface_share);
-  const auto most_driven = static_cast<std::int64_t>(space_units * laws::crowded_share) - 1;
+  const auto most = static_cast<std::int64_t>(share_units * laws::surface_share);
+  const auto most_driven = static_cast<std::int64_t>(share_units * laws::crowded_share) - 1;
   const Driven driven(cloth);
   auto n = work.new_particles;
   Kokkos::parallel_scan(

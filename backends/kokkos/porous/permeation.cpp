@@ -10,8 +10,7 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr double side_units = 1099511627776.0;  // 2^40, of V W
-constexpr double potential_units = side_units;  // of loads and of V W φ in m²/s²
+constexpr double potential_units = share_units;  // of loads and of V W φ in m²/s²
 
 /// In these units; a thousand of the largest sum up within 64 bits.
 KOKKOS_INLINE_FUNCTION std::int64_t fixed_potential(double value) {
@@ -51,7 +50,7 @@ void sum_sides(const Constants& constants, const Fluid& fluid, const NeighborLis
           const bool along = dot(away, n) >= 0;
           const Real carried = kappa - dot(gravity, away);
           const double share = volume * double(kernel.value(norm(away)));
-          Kokkos::atomic_add(&sides(5 * p + (along ? 2 : 0)), fixed_point(side_units * share));
+          Kokkos::atomic_add(&sides(5 * p + (along ? 2 : 0)), fixed_point(share_units * share));
           if (carried > 0)
             Kokkos::atomic_add(&sides(5 * p + (along ? 3 : 1)), fixed_potential(share * double(carried)));
           const double load = weight * double(sample_volume(p)) / double(area(p)) *
@@ -84,7 +83,7 @@ void drive(const Constants& constants, const NeighborLists& lists, const Bodies&
         const Real3 n = normal(p);
         laws::Surroundings liquid;
         for (int side = 0; side < 2; ++side) {
-          liquid.filled[side] = double(sides(5 * p + 2 * side)) / side_units;
+          liquid.filled[side] = double(sides(5 * p + 2 * side)) / share_units;
           liquid.potential[side] = double(sides(5 * p + 2 * side + 1)) / potential_units;
         }
         Real walls = 0;

@@ -8,6 +8,9 @@
 
 namespace drench::kokkos_backend {
 
+/// Sums of V W and of other shares are whole numbers of 2^-40, so that they do not depend on their order.
+inline constexpr double share_units = 1099511627776.0;
+
 /// Transfers on their way between liquid, samples and nodes: shared by absorption and emission.
 struct TransferWork {
   Field<Quanta> offered, entering;  // per sample, quanta: what it may get; what it gets, less that without a limit
