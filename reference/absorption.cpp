@@ -28,6 +28,14 @@ Passage passage(const ReferenceState& state, Index i, Index j, double saturation
   return {dt * state.model.rest_density * state.model.samples.area[j] * std::fabs(flux) * relative * weight, true};
 }
 
+/// s̄_ij, 1: the saturation up to which sample j takes liquid that lies where `cosine` says.
+double most_from_there(const ReferenceState& state, Index j, double cosine) {
+  const ClothMaterial& cloth = state.model.material_of_sample(j);
+  const bool passes = is_permeable(state, j) && is_driven(state, j);
+  if (cloth.film_depth > 0 && !passes) return cosine > -0.25 ? cloth.max_saturation : 1;
+  return is_permeable(state, j) ? 1 : 1 + (cloth.max_saturation - 1) * std::max(0.0, cosine);
+}
+
 /// w_ij, kg: what sample j would like to take from particle i.
 double demand(const ReferenceState& state, Index i, Index j, double dt) {
   const Model& m = state.model;
@@ -38,11 +46,7 @@ double demand(const ReferenceState& state, Index i, Index j, double dt) {
   const double r = xij.norm();
   double cosine = 0;
   if (direction.norm() > 0 && r > 1e-9 * h) cosine = xij.dot(direction) / (r * direction.norm());
-  const bool film = cloth.film_depth > 0 && !(is_permeable(state, j) && is_driven(state, j));
-  const double seen = cosine;
-  if (is_permeable(state, j)) cosine = 0;
-  double cap = 1 + (cloth.max_saturation - 1) * std::max(0.0, cosine);
-  if (film) cap = seen > -0.25 ? cloth.max_saturation : 1;
+  const double cap = most_from_there(state, j, cosine);
   const bool controlled = m.scene.processes.saturation_control;
   const double deficit = controlled ? std::max(0.0, cap - sample_saturation(state, j)) : 1;
   const double laplacian = 45 * (h - r) / (std::numbers::pi * std::pow(h, 6));  // 1/m⁵

@@ -13,13 +13,13 @@
 
 #include "drench/drench.hpp"
 #include "laboratory/laboratory.hpp"
+#include "state/film.hpp"
 
 namespace drench {
 
-inline constexpr double standard_gravity = 9.81;        // m/s²
-inline constexpr double water_density = 1000;           // kg/m³
-inline constexpr double water_viscosity = 1e-6;         // m²/s
-inline constexpr double water_surface_tension = 0.072;  // N/m
+inline constexpr double standard_gravity = 9.81;  // m/s²
+inline constexpr double water_density = 1000;     // kg/m³
+inline constexpr double water_viscosity = 1e-6;   // m²/s
 inline constexpr double pi = std::numbers::pi;
 
 enum class Direction { warp, weft };

@@ -5,13 +5,9 @@
 #include <limits>
 #include <numbers>
 
+#include "state/film.hpp"
+
 namespace drench {
-namespace {
-
-/// Surface tension of water at 20 °C, N/m, for scenes without one of their own.
-constexpr double water_tension = 0.072;
-
-}  // namespace
 
 ClothMaterial resolve_material(const ClothScene& cloth, const MaterialScene& given, const ProcessScene& processes) {
   ClothMaterial m;
@@ -62,7 +58,6 @@ void set_permeation(Model& model) {
 void set_films(Model& model) {
   const FluidScene& fluid = model.scene.fluid;
   const double g = std::hypot(model.scene.gravity[0], model.scene.gravity[1], model.scene.gravity[2]);
-  const double tension = fluid.surface_tension > 0 ? fluid.surface_tension : water_tension;
   for (auto* list : {&model.cloths, &model.patches})
     for (ClothMaterial& m : *list) {
       if (!m.has_film()) continue;
@@ -71,7 +66,7 @@ void set_films(Model& model) {
       if (!fluid.present) continue;
       const double viscosity = m.film_viscosity > 0 ? m.film_viscosity : fluid.viscosity;
       m.film_flow = model.rest_density * g / (12 * viscosity);
-      m.film_growth = model.rest_density / (12 * viscosity * tension);
+      m.film_growth = model.rest_density / (12 * viscosity * film_tension(model));
     }
 }
 

@@ -100,8 +100,8 @@ struct Demands {
     if (!m.porous) return 0;
     const Real4 at = position_saturation(j), flow_at = flow_capacity(j);
     const Real3 separation = at.xyz() - x;
+    if (pull.exist() && m.conductance > 0) return of_permeable(m, separation, at.w, flow_at, volume, j);
     const Real cosine = laws::flow_cosine(separation, flow_at.xyz(), h);
-    if (pull.exist() && m.conductance > 0) return of_permeable(m, separation, cosine, at.w, flow_at.w, volume, j);
     const Real cap =
         m.film_depth > 0 ? laws::film_cap(m.max_saturation, cosine) : laws::saturation_cap(m.max_saturation, cosine);
     const Real deficit = controlled ? cap - at.w : Real(1);
@@ -119,19 +119,19 @@ struct Demands {
   }
   /// The same of a fabric that pressure drives liquid through: it fills up to 1 by itself, unless it repels, and
   /// pressure does the rest.
-  KOKKOS_INLINE_FUNCTION double of_permeable(const Material& m, const Real3& separation, Real cosine, Real saturation,
-                                             Real capacity, double volume, Index j) const {
+  KOKKOS_INLINE_FUNCTION double of_permeable(const Material& m, const Real3& separation, Real saturation,
+                                             const Real4& flow_at, double volume, Index j) const {
     const Real4 pulled = pull(j);
     const Real r = norm(separation);
     const bool upstream = dot(separation, pulled.xyz()) < 0;
     // Its film fills where nothing passes.
     const bool film = m.film_depth > 0 && dot(pulled.xyz(), pulled.xyz()) == 0;
-    const Real cap = film ? laws::film_cap(m.max_saturation, cosine) : Real(1);
+    const Real cap = film ? laws::film_cap(m.max_saturation, laws::flow_cosine(separation, flow_at.xyz(), h)) : Real(1);
     const Real deficit = controlled ? cap - saturation : Real(1);
     double demand = 0;
     if (deficit > 0 && (upstream || !(m.entry_potential > 0)))
       demand =
-          laws::absorption_demand(dt, m.absorption, capacity / q, deficit, volume, laws::viscosity_laplacian(r, h));
+          laws::absorption_demand(dt, m.absorption, flow_at.w / q, deficit, volume, laws::viscosity_laplacian(r, h));
     if (upstream) demand += dt / q * double(pulled.w) * volume * double(kernel.value(r));
     return demand;
   }

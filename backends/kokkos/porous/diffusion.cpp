@@ -42,7 +42,7 @@ void upload_pairs(const Constants& constants, Cloth& cloth, DiffusionWork& work)
   if (constants.model.has_films()) {
     work.film = to_device<double>("drench::diffusion::film", fabric.film);
     work.hem = to_device<std::uint8_t>("drench::diffusion::hem", fabric.hem);
-    allocate_zeros(cloth.nodes.film_pull, "drench::node_film_pull", static_cast<std::size_t>(cloth.nodes.count));
+    make_room(cloth.nodes.film_pull, "drench::node_film_pull", static_cast<std::size_t>(cloth.nodes.count));
   }
   allocate_zeros(work.drop, "drench::diffusion::drop", conductance.size());
   allocate_zeros(work.flow, "drench::diffusion::flow", conductance.size());

@@ -10,17 +10,15 @@ namespace drench::kokkos_backend::laws {
 KOKKOS_INLINE_FUNCTION double maturing(double emission_velocity, double dt, double spacing) {
   return -Kokkos::expm1(-emission_velocity * dt / spacing);
 }
-/// The same at a rate in 1/s.
-KOKKOS_INLINE_FUNCTION double maturing(double rate, double dt) { return -Kokkos::expm1(-rate * dt); }
 
 /// Stands for the pull on a film at a hem, which drips there as fast as liquid leaves.
 inline constexpr Real at_hem = -1;
 
-/// Rate at which the excess of fabric with a film matures, 1/s: a film of thickness h (m) that hangs under a face drips
-/// at the rate of the Rayleigh–Taylor instability (docs/theory/porous.md, Eq. 41), but no faster than `fastest`.
-/// `pull`: square of gravity's component normal to the face, m²/s⁴.
-KOKKOS_INLINE_FUNCTION double film_rate(double fastest, double growth, Real pull, double h) {
-  return pull == at_hem ? fastest : Kokkos::fmin(fastest, growth * double(pull) * h * h * h);
+/// u_e of fabric with a film, m/s: a film of thickness h (m) that hangs under a face drips at the rate of the
+/// Rayleigh–Taylor instability (docs/theory/porous.md, Eq. 41), but no faster than `fastest`. `pull`: square of
+/// gravity's component normal to the face, m²/s⁴.
+KOKKOS_INLINE_FUNCTION double film_velocity(double fastest, double growth, Real pull, double h, double spacing) {
+  return pull == at_hem ? fastest : Kokkos::fmin(fastest, growth * double(pull) * h * h * h * spacing);
 }
 
 /// E_pk, quanta: the share of sample p in the buffered liquid of its node k, floor(w_pk m^b_k/w′_k) (Eq. 9).

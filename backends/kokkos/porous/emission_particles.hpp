@@ -73,13 +73,13 @@ struct Maturing {
     const Quanta kept = buffered(n) < excess ? buffered(n) : excess;
     if (kept == excess) return kept;
     const Material& m = materials(n);
-    double part = laws::maturing(m.emission_velocity, dt, spacing);
+    double velocity = m.emission_velocity;
     if (film_pull.exist() && m.film_depth > 0) {
       if (passes(n)) return excess;
       const double h = double(m.film_depth) * (double(excess - kept) * quantum / holds(n)) / 2;
-      part = laws::maturing(
-          laws::film_rate(double(m.emission_velocity) / spacing, double(m.film_growth), film_pull(n), h), dt);
+      velocity = laws::film_velocity(velocity, double(m.film_growth), film_pull(n), h, spacing);
     }
+    const double part = laws::maturing(velocity, dt, spacing);
     return kept + static_cast<Quanta>(Kokkos::floor(part * double(excess - kept)));
   }
 
