@@ -41,6 +41,17 @@ TEST(only_what_is_needed, layers_pass_liquid_only_where_asked_for) {
   EXPECT_EQ(containing(launched, label) + containing(launched, {"::diffusion"}) + containing(allocated, label), 0);
 }
 
+TEST(only_what_is_needed, films_have_arrays_only_where_asked_for_and_no_kernel) {
+  const std::initializer_list<const char*> label = {"film", "hem"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  const Watch watch(with(wet_scene(), "porous: {", "porous: {film: 3.0e-4, "));
+  EXPECT_EQ(containing(allocated, label), 3) << "pairs, hem, pull";
+  EXPECT_EQ(containing(launched, label), 0);
+}
+
 TEST(only_what_is_needed, only_liquid_with_a_solute_has_kernels_and_arrays_for_it) {
   const std::initializer_list<const char*> label = {"solute"};
   {
