@@ -39,7 +39,7 @@ std::string locate_in(const std::string& yaml_text, const std::string& path_for_
 /// The scene with every default written out, in the scene file's own syntax; parse_scene() gives an equal Scene back.
 std::string to_yaml(const Scene& scene);
 
-/// The same with a comment beside each number of a named fabric that says how it is known: `assumed: of sock_nylon`.
+/// The same, with the basis of each number of a named fabric as a comment beside it: `assumed: of sock_nylon`.
 std::string resolved_yaml(const Scene& scene);
 
 }  // namespace drench
