@@ -306,8 +306,9 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, do
       const Touched &one = touched[j], &other = touched[k];
       const std::optional<double> gap = gap_between(bodies[one.body], bodies[other.body], thickness, x);
       if (!gap) continue;
-      const double width = std::max(0.01, *gap / (2 * thickness));  // over the free one
-      const double squeeze = half * (1 / width - 1);
+      const double fibres = material(n).rigid_share;                         // of τ: no pressure takes more
+      const double width = std::max(fibres + 0.01, *gap / (2 * thickness));  // over the free one
+      const double squeeze = half * (1 - width) / (width - fibres);
       found.surface = (bodies[one.body].velocity_at(x) + bodies[other.body].velocity_at(x)) / 2;
       found.press += 2 * squeeze;
       if (!of_body) continue;

@@ -1,4 +1,5 @@
 #include "common.hpp"
+#include "state/film.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -91,6 +92,17 @@ Vector3d sample_position(const ReferenceState& state, Index p) { return sample_v
 
 Vector3d sample_velocity(const ReferenceState& state, Index p) { return sample_value(state, p, state.s.node_velocity); }
 
+double pore_capacity(const ReferenceState& state, Index n) {
+  return state.node_pores.empty() ? state.model.samples.node_capacity[n] : state.node_pores[n];
+}
+
+double most_liquid(const ReferenceState& state, Index n) {
+  const double at_rest = state.model.samples.node_capacity[n], most = ceiling_of_node(state.model, n);
+  if (state.node_pores.empty()) return most * at_rest;
+  const bool film = state.model.material_of_node(n).film_depth > 0;  // it does not shrink with the pores
+  return state.node_pores[n] + (most - 1) * (film ? at_rest : state.node_pores[n]);
+}
+
 double sample_saturation(const ReferenceState& state, Index p) {
   const SampleSet& samples = state.model.samples;
   double saturation = 0;
@@ -98,7 +110,7 @@ double sample_saturation(const ReferenceState& state, Index p) {
     const Index n = sample_node(state, p, k);
     if (samples.node_capacity[n] <= 0) continue;
     const double liquid = static_cast<double>(state.s.node_liquid[n]) * state.model.quantum;
-    saturation += samples.weight[p][k] * liquid / samples.node_capacity[n];
+    saturation += samples.weight[p][k] * liquid / pore_capacity(state, n);
   }
   return saturation;
 }

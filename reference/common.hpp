@@ -54,6 +54,9 @@ Eigen::Vector3d sample_value(const ReferenceState& state, Index p, const std::ve
 Eigen::Vector3d sample_value(const ReferenceState& state, Index p, const Vectors& nodes);
 Eigen::Vector3d sample_position(const ReferenceState& state, Index p);
 Eigen::Vector3d sample_velocity(const ReferenceState& state, Index p);
+/// C_n of the node's pores as they are pressed, kg, and the most that the node ever holds, kg.
+double pore_capacity(const ReferenceState& state, Index n);
+double most_liquid(const ReferenceState& state, Index n);
 /// s_p = Σ_n w_pn m_n/C_n before any rounding; a node with C_n = 0 counts 0.
 double sample_saturation(const ReferenceState& state, Index p);
 /// Positions of all samples.

@@ -119,10 +119,11 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
       if (state.model.samples.node_capacity[node[k]] == 0) continue;
-      const double s = static_cast<double>(state.s.node_liquid[node[k]]) * state.model.quantum /
-                       state.model.samples.node_capacity[node[k]];
-      const bool film = state.model.material_of_node(node[k]).film_depth > 0;
-      sum += weight[k] * (film ? std::min(1.0, s) : s);
+      const double s =
+          static_cast<double>(state.s.node_liquid[node[k]]) * state.model.quantum / pore_capacity(state, node[k]);
+      const ClothMaterial& c = state.model.material_of_node(node[k]);
+      const double most = state.node_pores.empty() ? s : c.max_saturation;
+      sum += weight[k] * std::min(s, c.film_depth > 0 ? 1.0 : most);
     }
     return sum;
   };

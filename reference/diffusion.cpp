@@ -21,9 +21,21 @@ struct Pair {
 
 const ClothMaterial& material(const ReferenceState& state, Index n) { return state.model.material_of_node(n); }
 
-/// s_n, 1.
+/// s_n of the pores, 1: at most what the law of diffusion is bounded for, also where they are pressed.
 double saturation(const ReferenceState& state, Index n) {
-  return static_cast<double>(state.s.node_liquid[n]) * state.model.quantum / state.model.samples.node_capacity[n];
+  const double s = static_cast<double>(state.s.node_liquid[n]) * state.model.quantum / pore_capacity(state, n);
+  return state.node_pores.empty() ? s : std::min(s, material(state, n).max_saturation);
+}
+/// What pressure has left no room for, of what the pores hold under it, 1.
+double squeezed_out(const ReferenceState& state, Index n) {
+  const Quanta most = floor_quanta(most_liquid(state, n) / state.model.quantum),
+               above = std::max<Quanta>(0, state.s.node_liquid[n] - most);
+  return state.node_pores.empty() ? 0 : static_cast<double>(above) * state.model.quantum / pore_capacity(state, n);
+}
+/// The thickness of the film on both faces, m.
+double film_thickness(const ReferenceState& state, Index n) {
+  const double beyond = static_cast<double>(state.s.node_liquid[n]) * state.model.quantum - pore_capacity(state, n);
+  return material(state, n).film_depth * std::max(0.0, beyond / state.model.samples.node_capacity[n]);
 }
 
 std::vector<Pair> exchanging_pairs(const ReferenceState& state) {
@@ -47,8 +59,7 @@ double film_flux(const ReferenceState& state, const Pair& pair) {
   const ClothMaterial& c = material(state, pair.first);
   if (!(c.film_depth > 0) || pair.drop == 0) return 0;
   const Index upper = pair.drop > 0 ? pair.second : pair.first;
-  const double depth = material(state, upper).film_depth * std::max(0.0, saturation(state, upper) - 1);
-  const double delta = std::min(depth, 2 * c.film);  // what hangs at a hem is thicker
+  const double delta = std::min(film_thickness(state, upper), 2 * c.film);  // what hangs at a hem is thicker
   return pair.film * c.film_flow * std::pow(delta, 3) * pair.drop * c.capillary_height;
 }
 
@@ -70,7 +81,7 @@ double exchange_rate(const ReferenceState& state, const std::vector<Pair>& pairs
     if (beta != 1) steep = std::max(1.0, (e + beta) * std::pow(c.pore_saturation(), std::max(0.0, e - 1)));
     for (const Index n : {pair.first, pair.second})
       rate[n] += (pair.conductance * (most + steep * std::abs(pair.drop)) + steepest_film(state, pair)) /
-                 state.model.samples.node_capacity[n];
+                 pore_capacity(state, n);
   }
   return rate.empty() ? 0 : *std::max_element(rate.begin(), rate.end());
 }
@@ -90,7 +101,8 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
     };
     const double flux = pair.conductance * driven(held(pair.first), held(pair.second), pair.drop,
                                                   c.diffusion_exponent / c.retention_exponent) +
-                        film_flux(state, pair);
+                        film_flux(state, pair) +
+                        pair.conductance * (squeezed_out(state, pair.second) - squeezed_out(state, pair.first));
     to_first[k] = flux > 0;
     offer[k] = offered_quanta(std::abs(flux) * dt / (n * state.model.quantum));
     out[to_first[k] ? pair.second : pair.first] += offer[k];
@@ -164,7 +176,7 @@ std::vector<double> room_limit(const ReferenceState& state, const std::vector<Qu
   const Model& m = state.model;
   std::vector<double> phi(state.s.node_count(), 1.0);
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    const Quanta full = floor_quanta(ceiling_of_node(m, n) * m.samples.node_capacity[n] / m.quantum);
+    const Quanta full = floor_quanta(most_liquid(state, n) / m.quantum);
     const Quanta room = std::max<Quanta>(0, full - state.s.node_liquid[n] - (in[n] >> 16) - 1024);
     if (in[n] > room) phi[n] = static_cast<double>(room) / static_cast<double>(in[n]);
   }

@@ -73,7 +73,7 @@ double maturing_rate(const ReferenceState& state, Index n, Quanta film) {
 void mature(ReferenceState& state, double dt) {
   const Model& m = state.model;
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    const Quanta capacity = floor_quanta(m.samples.node_capacity[n] / m.quantum);
+    const Quanta capacity = floor_quanta(pore_capacity(state, n) / m.quantum);
     const Quanta excess = std::max<Quanta>(0, state.s.node_liquid[n] - capacity);
     Quanta& buffered = state.s.node_buffered[n];
     buffered = std::min(excess, buffered);

@@ -23,6 +23,7 @@ struct ReferenceState {
   std::vector<Eigen::Matrix3d> wall_gain;           // L_i, 1; empty where walls mirror (stage density)
   std::vector<double> sample_supply;                // Σ V W upstream of each sample, 1 (stage permeation)
   std::vector<double> sample_passing;               // what passes each sample in this step, m/s (stage permeation)
+  std::vector<double> node_pores;                   // what pores hold under pressure, kg; empty: as at rest
   std::vector<Eigen::Vector3d> boundary_predicted;  // m/s, per boundary sample: after a pressure (in-stage)
 };
 

@@ -72,7 +72,7 @@ std::vector<double> node_inflow_limit(const ReferenceState& state, const std::ve
   const std::vector<Quanta> inflow = gather_at_nodes(state, in);
   std::vector<double> phi(state.s.node_count(), 1.0);
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    const Quanta full = floor_quanta(ceiling_of_node(m, n) * m.samples.node_capacity[n] / m.quantum);
+    const Quanta full = floor_quanta(most_liquid(state, n) / m.quantum);
     // The last two terms absorb what rounding adds to single nodes.
     const Quanta room = full - state.s.node_liquid[n] - (inflow[n] >> 16) - 1024;
     if (inflow[n] > room && inflow[n] > 0) {

@@ -130,6 +130,8 @@ class KokkosBackend final : public Backend {
         return pressure(constants_, fluid_, lists_, bodies_, cloth_, pressure_, solver_, info, report);
       case Stage::self_collision:
         return self_collision(constants_, bodies_, cloth_, self_collision_, info, report);
+      case Stage::squeezing:
+        return squeezing(constants_, bodies_, cloth_, solver_, self_collision_, squeezing_, info);
       case Stage::evaporation:
         return evaporation(constants_, fluid_, lists_, bodies_, cloth_, evaporation_, accounts_, info);
       case Stage::advection:
@@ -228,6 +230,7 @@ class KokkosBackend final : public Backend {
   WindWork wind_;
   ClothSolverWork solver_;
   SelfCollisionWork self_collision_;
+  SqueezingWork squeezing_;
   EvaporationWork evaporation_;
   AdvectionWork advection_;
   TransferWork transfers_;
@@ -264,6 +267,7 @@ MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gp
   sum += cloth_solver_bytes(sizing);
   sum += pressure_bytes(sizing);
   sum += self_collision_bytes(sizing);
+  sum += squeezing_bytes(sizing);
   sum += evaporation_bytes(sizing);
   sum += advection_bytes(sizing);
   sum += porous_neighbor_bytes(sizing);

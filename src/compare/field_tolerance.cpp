@@ -59,6 +59,7 @@ FieldTolerances::Rule FieldTolerances::rule_for(const FieldDifference& d) {
       {"node_contact_force", &FieldTolerances::contact_force},
       {"node_friction_force", &FieldTolerances::contact_force},
       {"node_pin_force", &FieldTolerances::pin_force},
+      {"node_contact_pressure", &FieldTolerances::contact_pressure},
       {"body_velocity", &FieldTolerances::body_velocity},
       {"body_angular_velocity", &FieldTolerances::body_velocity},
   };
@@ -135,6 +136,14 @@ FieldTolerances::Allowed FieldTolerances::pin_force(const FieldDifference& d) co
   double stiffest = *std::max_element(mesh.edge_stiffness.begin(), mesh.edge_stiffness.end());
   for (std::size_t t = 0; t < mesh.membrane.size(); ++t) stiffest = std::max(stiffest, membrane_stiffness(mesh, t));
   return {std::max(d.largest, 6 * stiffest * mesh.edge_length.front())};
+}
+
+/// Of the forces that press a node, on the least area.
+FieldTolerances::Allowed FieldTolerances::contact_pressure(const FieldDifference& d) const {
+  double least = std::numeric_limits<double>::infinity();  // m²
+  for (std::size_t n = 0; n < model_.mesh.solid_mass.size(); ++n)
+    least = std::min(least, model_.mesh.solid_mass[n] / model_.material_of_node(static_cast<Index>(n)).areal_density);
+  return {d.largest, roundings_of_springs() / least};
 }
 
 FieldTolerances::Allowed FieldTolerances::body_velocity(const FieldDifference& d) const {

@@ -38,6 +38,7 @@ class FieldTolerances {
   Allowed contact_force(const FieldDifference& d) const;
   Allowed body_velocity(const FieldDifference& d) const;
   Allowed pin_force(const FieldDifference& d) const;
+  Allowed contact_pressure(const FieldDifference& d) const;
 
   bool moves_cloth() const;
   double largest(const char* field) const;

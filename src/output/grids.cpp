@@ -101,6 +101,9 @@ Grid cloth_grid(const Model& model, const HostState& state) {
   add_field<vtkFloatArray>(fields, "flow_direction", n, [&](std::size_t i) { return flow[i]; });
   add_field<vtkFloatArray>(fields, "pin_force", n,
                            [&](std::size_t i) { return value_or_zero(state.node_pin_force, i); });
+  if (model.has_squeezing())
+    add_field<vtkFloatArray>(fields, "contact_pressure", n,
+                             [&](std::size_t i) { return value_or_zero(state.node_contact_pressure, i); });
   if (model.has_solute()) {
     const std::vector<double> area = node_area(model);
     add_field<vtkDoubleArray>(fields, "solute", n, [&](std::size_t i) {

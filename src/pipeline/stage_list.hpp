@@ -23,6 +23,7 @@
   STAGE(self_collision,    m.has_self_collision())                                            \
   STAGE(evaporation,       m.has_evaporation())                                               \
   STAGE(advection,         m.has_fluid() || m.has_moving_cloth())                             \
+  STAGE(squeezing,         m.has_squeezing())                                                 \
   STAGE(bodies,            m.has_body_state())                                                \
   STAGE(jets,              m.has_jets())                                                      \
   STAGE(porous_neighbors,  m.meets_porous() || m.has_diffusion())                             \

@@ -83,11 +83,14 @@ void describe_pores(Section& s, MaterialScene& fabric) {
   s.number("critical_saturation", fabric.critical_saturation, "[0, 1]", "1", as_the_cloth);
   s.check(!(fabric.breakthrough_pressure > 0) || fabric.permeability > 0, "breakthrough_pressure",
           "requires permeability, which is 0; allowed: only with permeability above 0");
+  s.check(fabric.compressibility <= 1 - fabric.solid_fraction, "solid_fraction",
+          fmt::format("{} leaves no room for the compressibility {} of the cloth; allowed: at most {}",
+                      fabric.solid_fraction, fabric.compressibility, 1 - fabric.compressibility));
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "diffusivity",
           "is 0, but contact_wicking of the cloth requires it; allowed: above 0");
   check_rates(s, fabric);
   for (const char* key : {"emission_ramp", "diffusion", "diffusion_exponent", "capillary_height", "retention_exponent",
-                          "adhesion", "contact_wicking", "film", "film_viscosity"})
+                          "adhesion", "contact_wicking", "film", "film_viscosity", "compressibility"})
     s.not_here(key, of_the_cloth);
 }
 

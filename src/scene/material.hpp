@@ -32,6 +32,7 @@ struct BasicMaterial {
   Number fibre_diameter = Number(0);  // d_f, m: sets β by Ergun's equation; 0: not known
   Number breakthrough_pressure = Number(0);  // p_b, Pa: below it the fabric repels liquid; 0: it wets by itself
   Number critical_saturation = Number(0.3);  // s_c, 1: below it drying slows down
+  Number compressibility = Number(0);        // c, 1: share of the thickness that pressure can take; 0: pores stay
   bool contact_wicking = false;              // liquid passes between layers that touch and both have this
   bool porous = false;                       // takes up liquid; else it is a dry wall
 
@@ -39,6 +40,8 @@ struct BasicMaterial {
   constexpr bool wicks() const { return porous && diffusivity > 0; }
   /// Does liquid pass through it?
   constexpr bool permeable() const { return porous && permeability > 0; }
+  /// Does pressure close its pores?
+  constexpr bool squeezes() const { return porous && compressibility > 0; }
   /// The saturation that is never exceeded, 1: what the pores and the film on both faces hold.
   constexpr Number ceiling() const {
     return has_film() ? 1 + 2 * film / ((1 - solid_fraction) * thickness) : max_saturation;
@@ -55,6 +58,7 @@ struct BasicMaterial {
 template <class Number>
 struct ResolvedMaterial : BasicMaterial<Number> {
   Number compression_per_mass{};  // compression over the mass per unit area, Pa m²/kg
+  Number rigid_share{};           // 1: share of the thickness that no pressure takes
   Number release{};               // m: how far a node comes out of a solid in a step, if it has begun it inside
   Number friction_wet{};          // 1, at saturation 1
   Number damping_wet{};           // 1/s, at saturation 1
@@ -98,9 +102,11 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.fibre_diameter, b.fibre_diameter);
   visit(a.breakthrough_pressure, b.breakthrough_pressure);
   visit(a.critical_saturation, b.critical_saturation);
+  visit(a.compressibility, b.compressibility);
   visit(a.contact_wicking, b.contact_wicking);
   visit(a.porous, b.porous);
   visit(a.compression_per_mass, b.compression_per_mass);
+  visit(a.rigid_share, b.rigid_share);
   visit(a.release, b.release);
   visit(a.friction_wet, b.friction_wet);
   visit(a.damping_wet, b.damping_wet);

@@ -16,6 +16,7 @@ ClothMaterial resolve_material(const ClothScene& cloth, const MaterialScene& giv
   m.slip = cloth.slip;
   m.areal_density = given.areal_density;
   m.compression_per_mass = given.compression / given.areal_density;
+  m.rigid_share = given.squeezes() ? 1 - given.compressibility : 0;
   m.uptake_velocity = given.uptake_velocity;
   m.most_saturation = cloth.material.ceiling();
   for (const RegionScene& region : cloth.regions)

@@ -40,7 +40,8 @@
   FIELD(node,     contact_force,    Vec3,         "N",      true)        /* of the touching body, along its normal */ \
   FIELD(node,     friction_force,   Vec3,         "N",      true)        /* the same, along its surface */            \
   FIELD(node,     pin_force,        Vec3,         "N",      true)        /* reaction of the pin, 0 on free nodes */   \
-  FIELD(node,     solute,           Quanta,       "quanta", m.has_solute())    /* dissolved or dried on */
+  FIELD(node,     solute,           Quanta,       "quanta", m.has_solute())    /* dissolved or dried on */             \
+  FIELD(node,     contact_pressure, double,       "Pa",     m.has_squeezing()) /* on the fabric, over some steps */
 
 /// Samples of the cloths.
 #define DRENCH_SAMPLE_FIELDS(FIELD)                                                                                   \

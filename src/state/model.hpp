@@ -306,6 +306,10 @@ struct Model {
   bool has_films() const {
     return has_diffusion() && has_emission() && any_cloth([](const ClothMaterial& c) { return c.film_depth > 0; });
   }
+  /// Does pressure change what a cloth's pores hold (stages/squeezing.hpp)?
+  bool has_squeezing() const {
+    return any_cloth([](const ClothMaterial& c) { return c.dynamics && c.squeezes(); });
+  }
   bool has_contact_wicking() const {
     return scene.processes.diffusion && any_cloth([](const ClothMaterial& c) { return c.wicks_through_contact(); });
   }

@@ -49,6 +49,7 @@ std::string unit_of(const std::string& field) {
                                                         {"age", "s"},
                                                         {"liquid_mass", "kg"},
                                                         {"pin_force", "N"},
+                                                        {"contact_pressure", "Pa"},
                                                         {"spin", "1/s"},
                                                         {"concentration", "kg/kg"},
                                                         {"solute", "kg/m²"}};

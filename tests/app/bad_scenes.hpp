@@ -359,6 +359,12 @@ inline constexpr BadScene bad_scenes[] = {
     {"FilmOfAnInviscidLiquid",
      FLUID "  viscosity: 0\ncloth:\n  - mesh: {grid: {nodes: [5, 5]}}\n    porous: {film: 3.0e-4}\n", 7, 20,
      "cloth.0.porous.film", "fluid.viscosity is 0"},
+    {"CompressedFibres", CLOTH "    porous: {solid_fraction: 0.6, compressibility: 0.5}\n", 4, 49,
+     "cloth.0.porous.compressibility", "allowed: at most 1 - solid_fraction = 0.4"},
+    {"FibresThatFillARegion",
+     CLOTH "    porous: {compressibility: 0.5}\n    regions: [{box: {min: [0, 0, 0], max: [1, 1, 1]}, porous: "
+           "{solid_fraction: 0.7}}]\n",
+     5, 80, "cloth.0.regions.0.porous.solid_fraction", "leaves no room for the compressibility 0.5"},
     {"TwoDrags", CLOTH "    porous: {permeability: 1e-10, forchheimer: 9, fibre_diameter: 1e-5}\n", 4, 67,
      "cloth.0.porous.fibre_diameter", "cannot be combined with forchheimer"},
     {"DragOfATightCloth", CLOTH "    porous: {forchheimer: 9}\n", 4, 27, "cloth.0.porous.forchheimer",

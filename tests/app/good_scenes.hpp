@@ -71,7 +71,7 @@ cloth:
              emission_angle: 70, emission_velocity: 0.6, emission_ramp: 0.03, diffusivity: 2.0e-4,
              weft_diffusivity: 5.0e-5, diffusion: degenerate, capillary_height: 0.8, adhesion: 0.05,
              film: 4.0e-4, film_viscosity: 2.0e-6, permeability: 2.0e-10, forchheimer: 2.0e5,
-             breakthrough_pressure: 300, critical_saturation: 0.4, contact_wicking: true}
+             breakthrough_pressure: 300, critical_saturation: 0.4, compressibility: 0.35, contact_wicking: true}
     regions:
       - {box: {min: [-1, 0, -1], max: [0, 1, 0]}, areal_density: 0.9, thickness: 0.003, stretch: 700, bend: 3.0e-4,
             damping: 0.6,

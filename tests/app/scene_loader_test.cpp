@@ -145,6 +145,7 @@ ClothScene every_cloth_key() {
   c.material.forchheimer = 2.0e5;
   c.material.breakthrough_pressure = 300;
   c.material.critical_saturation = 0.4;
+  c.material.compressibility = 0.35;
   c.material.contact_wicking = true;
   c.regions.push_back(every_region_key(c.material));
   return c;

@@ -33,8 +33,10 @@ struct Nodes {
   Field<Index> cloth;
   Field<Index> material;                   // of Cloth::materials; empty: as `cloth`
   Field<double> capacity;                  // C_n, kg
-  Field<Quanta> capacity_quanta;           // floor(C_n/q)
-  Field<Quanta> max_quanta;                // floor(s_max C_n/q)
+  Field<double> pores;                     // what C_n is under pressure, kg (stage squeezing); empty without
+  Field<double> ceiling;                   // s_max, 1; empty without stage squeezing
+  Field<Quanta> capacity_quanta;           // floor(C_n/q), of the pores under pressure
+  Field<Quanta> max_quanta;                // floor(s_max C_n/q), the same
   Field<double> weight_sum;                // w′_n
   Field<Index> sample_start, sample_item;  // node → items 4·sample + corner
   Field<Index> edge_start, edge_item, hinge_start, hinge_item;

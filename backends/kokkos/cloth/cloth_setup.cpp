@@ -95,6 +95,11 @@ void make_capacities(const Model& m, const std::vector<double>& capacity, Nodes&
   }
   n.capacity_quanta = to_device<Quanta>("drench::node_capacity_quanta", full);
   n.max_quanta = to_device<Quanta>("drench::node_max_quanta", most);
+  if (!m.has_squeezing()) return;
+  std::vector<double> ceiling(capacity.size());
+  for (std::size_t k = 0; k < capacity.size(); ++k) ceiling[k] = ceiling_of_node(m, static_cast<Index>(k));
+  n.pores = to_device<double>("drench::node_pores", capacity);
+  n.ceiling = to_device<double>("drench::node_ceiling", ceiling);
 }
 
 void make_nodes(const Model& m, Nodes& n, Mesh& of_mesh) {
@@ -142,6 +147,7 @@ double node_bytes(const Sizing& m) {
   node += 3 * index_bytes + 7 * r;             // edge_start, hinge_start, link_start; inverse_mass, force, predicted
   // capacity_quanta, max_quanta, weight_sum, sample_start, row_bound
   if (m.size.samples > 0) node += 2 * quanta_bytes + double_bytes + index_bytes + r;
+  if (m.size.squeezing) node += 2 * double_bytes;  // pores, ceiling
   if (m.size.patches > 0) node += index_bytes;   // material
   if (m.size.stitches > 0) node += index_bytes;  // joint
   double bytes = m.size.nodes * node + m.size.links * 4 * r + m.size.patches * sizeof(Material);

@@ -156,6 +156,7 @@ void self_collision(const Constants& constants, Bodies& bodies, Cloth& cloth, Se
     const Collision s(constants, bodies, cloth, work, dt);
     at = resident ? keep_apart_resident(work, s, at) : keep_apart(Launches{}, s, at);
   }
+  work.found_pairs = at.pairs;
   report.cloth_contacts = at.contacts;
   report.cloth_zone_nodes = at.zone_nodes;
 }

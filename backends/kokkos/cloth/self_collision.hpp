@@ -113,6 +113,7 @@ struct SelfCollisionWork {
   Field<Couple> close_clusters;  // whose boxes meet
   Field<Couple> candidate;       // items whose boxes meet
   Field<ClosePair> pair;         // that can come nearer than τ
+  Index found_pairs = 0;         // in the last step, with dropped ones
   Field<Index> hole;             // places of dropped pairs
   Field<Contact> contact;
   Field<Index> counter;                                // CollisionCounter

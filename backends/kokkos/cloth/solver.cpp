@@ -183,20 +183,27 @@ ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverW
       inverse_dt(1 / step),
       inverse_dt2(1 / (step * step)) {}
 
+ClothSystem weigh_cloth(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
+                        Real dt) {
+  allocate(constants, cloth, solver);
+  set_clearance(bodies, cloth, dt);
+  const ClothSystem system(bodies, cloth, solver, dt);
+  masses_and_diagonals(constants, cloth, system);
+  return system;
+}
+
 ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
                                Real dt)
     : constants_(constants),
       bodies_(bodies),
       cloth_(cloth),
       solver_(solver),
-      system_((allocate(constants, cloth, solver), set_clearance(bodies, cloth, dt),
-               ClothSystem(bodies, cloth, solver, dt))),
+      system_(weigh_cloth(constants, bodies, cloth, solver, dt)),
       method_(constants.model.scene.cloth_solver.method),
       tolerance_(constants.model.scene.cloth_solver.tolerance),
       floor_(rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
              static_cast<double>(cloth.mesh.mean_edge)),
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
-  masses_and_diagonals(constants, cloth, system_);
   newton_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth &&
             prepare_newton(cloth, solver, system_, constants.model.cloth_pushes_bodies());
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);

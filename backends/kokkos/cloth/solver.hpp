@@ -38,7 +38,8 @@ struct NodeTerms {
   Real3 start, target;               // x⁰_n, y_n − x⁰_n, m
   Real inertia, diagonal, friction;  // m_n/Δt² and D_n, N/m; μ, 1
   Clearance clearance;
-  Real compression;  // N: presses it to half of its thickness
+  Real compression;  // N: takes half of what pressure can take from its thickness
+  Real rigid_share;  // 1: of the thickness, that it cannot
 };
 
 /// What stays the same of a triangle during one solve.
@@ -79,7 +80,8 @@ struct ClothSystem {
             diagonal(n),
             friction(n),
             clearance(n),
-            materials(n).compression_per_mass * solid_mass(n)};
+            materials(n).compression_per_mass * solid_mass(n),
+            materials(n).rigid_share};
   }
 
   /// Adds what a link does to its node, N; `apart` = x⁰_n − x⁰_m, `moved_apart` = u_n − u_m, `damping`: strain_damping.
@@ -271,8 +273,9 @@ struct ClothSystem {
         const SolidDistance<T>&one = touched.at[j], &other = touched.at[k];
         if (!squeezed(solids(touched.solid[j]), one, solids(touched.solid[k]), other, t.start, shift, thickness))
           continue;
-        const T room = Kokkos::fmax((one.phi + other.phi) / (2 * thickness), T(0.01));  // of the cloth's own
-        const T squeeze = compression * (1 - room) / room;
+        const T rigid = t.rigid_share;
+        const T room = Kokkos::fmax((one.phi + other.phi) / (2 * thickness), rigid + T(0.01));  // of the cloth's own
+        const T squeeze = compression * (1 - room) / (room - rigid);
         c.press += 2 * squeeze;
         c.moved = T(0.5) * (moved(j) + moved(k));
         each(touched.solid[j], -squeeze * one.normal);
@@ -353,10 +356,14 @@ struct ClothSystem {
 static_assert(sizeof(ClothSystem) <= 256);
 #endif
 
+/// The cloth as it is: masses, Jacobi diagonals and distances from solids are made anew.
+ClothSystem weigh_cloth(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
+                        Real dt);
+
 /// The iterations of one implicit step, in as many calls as the caller likes.
 class ClothIteration {
  public:
-  /// Wet masses and Jacobi diagonals; the caller sets target and shift afterwards.
+  /// With weigh_cloth; the caller sets target and shift afterwards.
   ClothIteration(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver, Real dt);
   const ClothSystem& system() const { return system_; }
   /// Iterates until the residual is within its goal, checked every 10 iterations, `most` iterations at most; the newest

@@ -3,6 +3,7 @@
 
 #include "cloth/self_collision.hpp"
 #include "cloth/solver.hpp"
+#include "cloth/squeezing.hpp"
 #include "cloth/wet_adhesion.hpp"
 
 namespace drench::kokkos_backend {
@@ -13,5 +14,9 @@ void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolver
 
 void self_collision(const Constants& constants, Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
                     const StepInfo& info, StepReport& report);
+
+/// Presses the pores; `collision`: the pairs of stage self_collision in this step.
+void squeezing(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
+               const SelfCollisionWork& collision, SqueezingWork& work, const StepInfo& info);
 
 }  // namespace drench::kokkos_backend

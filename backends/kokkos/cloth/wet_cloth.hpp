@@ -9,19 +9,30 @@ namespace drench::kokkos_backend {
 struct NodeLiquid {
   Entries<const Quanta> liquid;
   Entries<const double> capacity;  // kg
+  Entries<const double> pores;     // the same under pressure, kg; empty without stage squeezing
   double quantum;                  // kg
 
   NodeLiquid(const Constants& constants, const Cloth& cloth)
-      : liquid(cloth.nodes.liquid), capacity(cloth.nodes.capacity), quantum(constants.quantum) {}
+      : liquid(cloth.nodes.liquid), capacity(cloth.nodes.capacity), pores(cloth.nodes.pores), quantum(constants.quantum) {}
+  /// What the pores hold as they are pressed, kg.
+  KOKKOS_INLINE_FUNCTION double room(Index n) const { return pores.exist() ? pores(n) : capacity(n); }
   /// m_f/C_n, 1, of a node that can hold some; above 1 it is overfull.
-  KOKKOS_INLINE_FUNCTION double filling(Index n) const { return double(liquid(n)) * quantum / capacity(n); }
-  /// The same of the pores alone: what is beyond them in fabric that carries a film is not theirs.
-  KOKKOS_INLINE_FUNCTION double pore_filling(Index n, const Material& m) const {
-    return m.film_depth > 0 ? Kokkos::fmin(1.0, filling(n)) : filling(n);
+  KOKKOS_INLINE_FUNCTION double filling(Index n) const { return double(liquid(n)) * quantum / room(n); }
+  /// The same of pores that nothing presses.
+  KOKKOS_INLINE_FUNCTION double filling_at_rest(Index n) const { return double(liquid(n)) * quantum / capacity(n); }
+  /// What is beyond the pores over what they hold at rest, 1; below 0 they have room.
+  KOKKOS_INLINE_FUNCTION double beyond(Index n) const {
+    return pores.exist() ? (double(liquid(n)) * quantum - pores(n)) / capacity(n) : filling(n) - 1;
   }
-  /// s_n = min(1, m_f/C_n), 1; dry where it holds none.
+  /// The same of the pores alone: what is beyond them in fabric that carries a film is not theirs.
+  /// Nor more than fabric holds that is pressed, which stage diffusion's bound relies on.
+  KOKKOS_INLINE_FUNCTION double pore_filling(Index n, const Material& m) const {
+    if (m.film_depth > 0) return Kokkos::fmin(1.0, filling(n));
+    return pores.exist() ? Kokkos::fmin(double(m.max_saturation), filling(n)) : filling(n);
+  }
+  /// s_n = min(1, m_f/C_n) of the pores at rest, 1; dry where it holds none.
   KOKKOS_INLINE_FUNCTION Real saturation(Index n) const {
-    return capacity(n) > 0 ? Real(Kokkos::fmin(1.0, filling(n))) : Real(0);
+    return capacity(n) > 0 ? Real(Kokkos::fmin(1.0, filling_at_rest(n))) : Real(0);
   }
 };
 

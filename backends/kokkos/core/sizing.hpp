@@ -35,6 +35,7 @@ struct Sizing {
   bool has_permeation() const { return size.permeation; }
   bool counts_faces() const { return size.fabric && (size.absorption || size.emission); }
   bool has_solute() const { return size.solute; }
+  bool has_squeezing() const { return size.squeezing; }
 
   /// Of an entry of a field that has this type on the host.
   template <class T>

@@ -73,6 +73,7 @@ struct NodePairs {
   Entries<const Index> pair, start, item;
   Entries<const double> conductance, film;
   Entries<double> drop;
+  Entries<const Quanta> ceiling;
   NodeLiquid wet;
   Materials materials;
 
@@ -83,6 +84,7 @@ struct NodePairs {
         conductance(work.conductance),
         film(work.film),
         drop(work.drop),
+        ceiling(fabric.nodes.max_quanta),
         wet(constants, fabric),
         materials(node_materials(fabric)) {}
 
@@ -93,15 +95,21 @@ struct NodePairs {
     const Material& m = materials(i);
     double flux = laws::retained_flux(conductance(e), wet.pore_filling(i, m), wet.pore_filling(j, materials(j)),
                                       drop(e), m.mobility_exponent, m.retention);
+    if (wet.pores.exist()) flux += conductance(e) * (squeezed_out(j) - squeezed_out(i));
     if (film.exist()) flux += film_flux(e, m, drop(e) > 0 ? j : i);
     const Quanta o = offered(Kokkos::abs(flux) * scale);
     return flux > 0 ? o : -o;
+  }
+  /// What pressure has left no room for at a node, of what its pores hold under it, 1.
+  KOKKOS_INLINE_FUNCTION double squeezed_out(Index n) const {
+    const Quanta above = wet.liquid(n) - ceiling(n);
+    return above > 0 && wet.pores(n) > 0 ? double(above) * wet.quantum / wet.pores(n) : 0;
   }
   /// Of the film of pair e, whose first node is of material m; it leaves the upper node.
   KOKKOS_INLINE_FUNCTION double film_flux(Index e, const Material& m, Index upper) const {
     // What hangs at a hem is thicker.
     const double delta =
-        Kokkos::fmin(double(materials(upper).film_depth) * (wet.filling(upper) - 1), 2 * double(m.film));
+        Kokkos::fmin(double(materials(upper).film_depth) * wet.beyond(upper), 2 * double(m.film));
     return laws::film_flux(film(e) * double(m.film_flow), delta, drop(e) * double(m.capillary_height));
   }
 };
@@ -265,7 +273,7 @@ void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWo
           const double level = 1 - Kokkos::fmin(1.0, steepness / (2 * area));  // cos² of its slope
           pull(n) = hem(n) ? laws::at_hem : Real(gravity * gravity * level);
         }
-        rate = pairs.wet.capacity(n) > 0 ? rate / pairs.wet.capacity(n) : 0.0;
+        rate = pairs.wet.capacity(n) > 0 ? rate / pairs.wet.room(n) : 0.0;
         if (rate > largest) largest = rate;
       },
       Kokkos::Max<double, Kokkos::SharedHostPinnedSpace>(work.rate.largest));

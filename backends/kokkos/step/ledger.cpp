@@ -102,7 +102,7 @@ struct OfNodes {
     own.square = double(dot(v(n), v(n)));
     own.energy = scale.energy(0.5 * (double(solid(n)) + wet.quantum * double(wet.liquid(n))) * own.square);
     own.mass_float = scale.mass(double(Real(double(wet.liquid(n)) * wet.quantum)));
-    own.saturation = wet.capacity(n) > 0 ? wet.filling(n) : 0;
+    own.saturation = wet.capacity(n) > 0 ? wet.filling_at_rest(n) : 0;
     own.speed = double(norm(v(n)));
     return own;
   }
