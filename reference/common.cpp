@@ -1,9 +1,10 @@
 #include "common.hpp"
-#include "state/film.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "state/film.hpp"
 
 namespace drench::reference {
 

@@ -31,6 +31,8 @@ class Squeezing {
       pull_[n] += node_mass(state, n) * gravity;
       wall_.push_back(first_wall(n));
     }
+    smooth_ = pull_;
+    for (int k = 0; k < squeezing_law::spreads; ++k) smooth_ = spread(smooth_);
     pushed_.assign(pull_.size(), Vector3d::Zero());
     load_.assign(pull_.size(), 0.0);
     find_layers();
@@ -49,7 +51,7 @@ class Squeezing {
   ReferenceState& state_;
   const ClothMesh& mesh_;
   ClothProblem problem_;
-  Vectors pull_, pushed_, wall_;
+  Vectors pull_, smooth_, pushed_, wall_;
   std::vector<double> load_;
   std::vector<Layers> layers_;
 
@@ -90,8 +92,28 @@ class Squeezing {
       }
   }
 
+  /// Each free node gives half of its force to its neighbours along edges and stitches, in equal parts, but nothing to
+  /// pins.
+  Vectors spread(const Vectors& from) const {
+    Vectors to = from;
+    for (Index n = 0; n < mesh_.nodes(); ++n) {
+      if (!problem_.is_free(n)) continue;
+      const Index first = mesh_.node_edges.start[n], last = mesh_.node_edges.start[n + 1];
+      for (Index k = first; k < last; ++k) {
+        const Index e = mesh_.node_edges.item[k] - static_cast<Index>(mesh_.edge.size());
+        const auto [i, j] = e < 0 ? mesh_.edge[mesh_.node_edges.item[k]] : mesh_.stitch[e];
+        const Index other = i == n ? j : i;
+        if (!problem_.is_free(other)) continue;
+        const Vector3d part = from[n] / (2.0 * (last - first));
+        to[n] -= part;
+        to[other] += part;
+      }
+    }
+    return to;
+  }
+
   Vector3d acceleration(Index n) const {
-    const Vector3d a = inverse_node_mass(state_, n) * (pull_[n] + pushed_[n]);
+    const Vector3d a = inverse_node_mass(state_, n) * (smooth_[n] + pushed_[n]);
     return a - std::min(0.0, a.dot(wall_[n])) * wall_[n];
   }
 
@@ -107,8 +129,7 @@ class Squeezing {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
       Layers& l = layers_[i];
       double inverse = 0;
-      for (int k = 0; k < 4; ++k)
-        inverse += l.b[k] * l.b[k] * share[l.node[k]] * inverse_node_mass(state_, l.node[k]);
+      for (int k = 0; k < 4; ++k) inverse += l.b[k] * l.b[k] * share[l.node[k]] * inverse_node_mass(state_, l.node[k]);
       const bool acts = (opening[i] < 0 || l.applied > 0) && inverse > 0;
       const double after = acts ? std::max(0.0, l.applied - opening[i] / inverse) : l.applied;
       const double next = std::max(0.0, after + momentum * (after - l.force));
@@ -133,8 +154,7 @@ void squeezing(ReferenceState& state, const StepInfo& info, StepReport&) {
     double& p = state.s.node_contact_pressure[n];
     p += (1 - std::exp(-info.dt / squeezing_law::response_time)) * (squeezing.on_node(n) / area - p);
     const double taken = p > 0 ? c.compressibility * p / (p + c.compression) : 0;  // of the thickness
-    state.node_pores[n] =
-        at_rest[n] * std::max(squeezing_law::least_pores, 1 - taken / (1 - c.solid_fraction));
+    state.node_pores[n] = at_rest[n] * std::max(squeezing_law::least_pores, 1 - taken / (1 - c.solid_fraction));
   }
 }
 

@@ -119,9 +119,10 @@ void describe_porous(Section& s, MaterialScene& fabric) {
           "requires permeability, which is 0; allowed: only with permeability above 0");
   s.number("critical_saturation", fabric.critical_saturation, "[0, 1]", "1",
            "critical saturation s_c below which drying slows down in proportion to the saturation; only with `air`");
-  s.number("compressibility", fabric.compressibility, "[0, 1)", "1",
-           "largest share c of the thickness that pressure takes from the fabric, and from its pores: at the pressure p "
-           "c p / (p + `compression`); at most 1 − Φ; 0: the pores keep their volume");
+  s.number(
+      "compressibility", fabric.compressibility, "[0, 1)", "1",
+      "largest share c of the thickness that pressure takes from the fabric, and from its pores: at the pressure p "
+      "c p / (p + `compression`); at most 1 − Φ; 0: the pores keep their volume");
   s.check(fabric.compressibility <= 1 - fabric.solid_fraction, "compressibility",
           fmt::format("{} would compress the fibres; allowed: at most 1 - solid_fraction = {}", fabric.compressibility,
                       1 - fabric.solid_fraction));
@@ -346,7 +347,8 @@ void describe(Section& s, ClothScene& cloth) {
            "fabric thickness; determines the liquid that it can hold, with `solid_fraction`, and the distance between "
            "layers");
   s.number("compression", fabric.compression, "[0, 1e9]", "Pa",
-           "pressure that halves the thickness, or with `porous.compressibility` takes half of that; determines the friction "
+           "pressure that halves the thickness, or with `porous.compressibility` takes half of that; determines the "
+           "friction "
            "on cloth that two solids squeeze");
   s.saved_if(!fabric.membrane)
       .number("stretch", fabric.stretch, "[0.001, 1e9]", "N/m", "tensile stiffness: Young's modulus times thickness");

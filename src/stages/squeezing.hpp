@@ -13,10 +13,11 @@
 namespace drench::squeezing_law {
 
 inline constexpr int passes = 40;
+inline constexpr int spreads = 6;  // of the nodes' forces to their neighbours; even
 /// β of pass k = 0, 1, …: the next one starts from λ_k + β (λ_k − λ_{k−1}) (Beck and Teboulle 2009). The last has none.
 constexpr double momentum(int pass) { return pass / (pass + 3.0); }
-inline constexpr double touching = 1.05;      // of τ: layers that are nearer touch
+inline constexpr double touching = 1.05;       // of τ: layers that are nearer touch
 inline constexpr double response_time = 0.05;  // s, T: over which the pressure is averaged
-inline constexpr double least_pores = 1e-3;   // of the pores at rest: they never close altogether
+inline constexpr double least_pores = 1e-3;    // of the pores at rest: they never close altogether
 
 }  // namespace drench::squeezing_law

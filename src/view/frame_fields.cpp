@@ -40,18 +40,12 @@ void widen(FieldRange& range, vtkDataArray* values) {
 }  // namespace
 
 std::string unit_of(const std::string& field) {
-  static const std::map<std::string, std::string> units{{"velocity", "m/s"},
-                                                        {"density", "kg/m³"},
-                                                        {"pressure", "Pa"},
-                                                        {"fitted_pressure", "Pa"},
-                                                        {"mass", "kg"},
-                                                        {"radius", "m"},
-                                                        {"age", "s"},
-                                                        {"liquid_mass", "kg"},
-                                                        {"pin_force", "N"},
-                                                        {"contact_pressure", "Pa"},
-                                                        {"spin", "1/s"},
-                                                        {"concentration", "kg/kg"},
+  static const std::map<std::string, std::string> units{{"velocity", "m/s"}, {"density", "kg/m³"},
+                                                        {"pressure", "Pa"},  {"fitted_pressure", "Pa"},
+                                                        {"mass", "kg"},      {"radius", "m"},
+                                                        {"age", "s"},        {"liquid_mass", "kg"},
+                                                        {"pin_force", "N"},  {"contact_pressure", "Pa"},
+                                                        {"spin", "1/s"},     {"concentration", "kg/kg"},
                                                         {"solute", "kg/m²"}};
   const auto it = units.find(field);
   return it == units.end() ? "" : it->second;

@@ -220,6 +220,12 @@ TEST_F(Ranks, FilmsThatRunAndDrip) {
   expect_equal(scene(text.c_str()), {2}, 12);
 }
 
+TEST_F(Ranks, ClothThatIsSqueezed) {
+  std::string text = porous_scene;
+  text.replace(text.find("max_saturation: 1.5,"), 0, "compressibility: 0.5, ");
+  expect_equal(scene(text.c_str()), {2}, 12);
+}
+
 TEST_F(Ranks, ClothByXpbdUnderWater) {
   expect_equal(scene(porous_scene), {3}, 5, {"--set", "cloth_solver.method=xpbd"});
 }

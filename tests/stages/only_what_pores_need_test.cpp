@@ -52,6 +52,20 @@ TEST(only_what_is_needed, films_have_arrays_only_where_asked_for_and_no_kernel) 
   EXPECT_EQ(containing(launched, label), 0);
 }
 
+TEST(only_what_is_needed, pores_are_pressed_only_where_asked_for) {
+  const std::initializer_list<const char*> label = {"squeezing", "pores", "ceiling", "contact_pressure"};
+  const std::string off = wet_scene(), on = with(off, "porous: {", "porous: {compressibility: 0.5, ");
+  for (const std::string& scene : {off, with(on, "thickness: 0.002", "dynamics: false\n    thickness: 0.002")}) {
+    const Watch watch(scene);
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  const Watch watch(on);
+  EXPECT_EQ(containing(launched, label), 2) << "force, pores; without self_collision no pairs";
+  EXPECT_EQ(containing(allocated, label), 11)
+      << "pull, smooth, acceleration, wall, push, load, share, count; pores, ceiling, "
+         "contact_pressure";
+}
+
 TEST(only_what_is_needed, only_liquid_with_a_solute_has_kernels_and_arrays_for_it) {
   const std::initializer_list<const char*> label = {"solute"};
   {

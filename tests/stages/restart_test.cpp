@@ -125,8 +125,10 @@ TEST_P(Restart, GoingBackIsExact) {
   const std::string in_air = with(porous_scene, "output:", "air: {evaporation_rate: 0.5}\noutput:");
   const std::string filmed =
       with(porous_scene, "porous: {max_saturation: 1.5,", "porous: {film: 6.0e-4, film_viscosity: 1.0e-6,");
+  const std::string squeezed =
+      with(porous_scene, "porous: {max_saturation: 1.5,", "porous: {compressibility: 0.5, max_saturation: 1.5,");
   for (const std::string& scene :
-       {std::string(liquid_scene), std::string(porous_scene), in_air, filmed, std::string(cloth_scene)}) {
+       {std::string(liquid_scene), std::string(porous_scene), in_air, filmed, squeezed, std::string(cloth_scene)}) {
     const auto setup = setup_from(scene);
     const auto backend = GetParam()(setup.model);
     Pipeline pipeline(setup.model, *backend, setup.state);

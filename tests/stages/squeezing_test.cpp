@@ -98,7 +98,8 @@ TEST(squeezing, of_crumpled_layers_agrees_with_the_reference) {
   drench::Setup setup = setup_from(stack(3));
   HostState& s = setup.state;
   for (std::size_t n = 0; n < s.node_position.size(); ++n)
-    for (int a = 0; a < 3; ++a) s.node_position[n][a] = float(s.node_position[n][a] + (a == 1 ? 3e-5 : 2e-4) * noise(n, a));
+    for (int a = 0; a < 3; ++a)
+      s.node_position[n][a] = float(s.node_position[n][a] + (a == 1 ? 3e-5 : 2e-4) * noise(n, a));
   std::vector<std::vector<double>> found;
   run_on_both(setup.model, s, {Stage::self_collision, Stage::squeezing}, {0, 0, 0.004, 0},
               [&](Backend& backend, const StepReport&) { found.push_back(backend.download().node_contact_pressure); });

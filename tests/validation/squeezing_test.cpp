@@ -21,8 +21,8 @@ time: {{step: 0.005, end: 10}}
 domain: {{min: [-0.2, -0.2, -0.2], max: [0.2, 0.2, 0.2]}}
 fluid: {{spacing: 0.006, viscosity: 1.0e-5}}
 bodies:
-  - box: {{min: [-0.024, {0}, -0.024], max: [0.024, {1}, 0.024], offset: [[0, [0, 0, 0]], [0.2, [0, {2}, 0]], [{3}, [0, {2}, 0]], [{4}, [0, 0, 0]]]}}
-  - box: {{min: [-0.024, {5}, -0.024], max: [0.024, {6}, 0.024], offset: [[0, [0, 0, 0]], [0.2, [0, {7}, 0]], [{3}, [0, {7}, 0]], [{4}, [0, 0, 0]]]}}
+  - box: {{min: [-0.0255, {0}, -0.0255], max: [0.0255, {1}, 0.0255], offset: [[0, [0, 0, 0]], [0.2, [0, {2}, 0]], [{3}, [0, {2}, 0]], [{4}, [0, 0, 0]]]}}
+  - box: {{min: [-0.0255, {5}, -0.0255], max: [0.0255, {6}, 0.0255], offset: [[0, [0, 0, 0]], [0.2, [0, {7}, 0]], [{3}, [0, {7}, 0]], [{4}, [0, 0, 0]]]}}
 cloth:
   - mesh: {{grid: {{size: [0.08, 0.08], nodes: [21, 21]}}}}
     pin: [{{edges: true}}]
@@ -65,7 +65,7 @@ TEST(squeezing, pad_between_plates_keeps_what_its_thickness_leaves) {
   for (const double room : {0.8, 0.6, 0.45}) {
     SCOPED_TRACE(room);
     SceneRun run(pad(room, 9));
-    run_until(run, 3);
+    run_until(run, 2.5);
     const HostState s = run.state();
     const Kept end = kept(run.model(), s);
     const double pressure = compression * (1 - room) / (room - (1 - compressibility));
@@ -90,15 +90,15 @@ TEST(squeezing, released_pad_takes_up_again) {
 
 /// A soaked towel that is held at both ends and twisted.
 TEST(squeezing, wrung_towel_lets_go_of_its_water) {
-  constexpr double width = 0.1, length = 0.3, tau = 0.003, turn_time = 0.25;
+  constexpr double width = 0.16, length = 0.6, tau = 0.003, turn_time = 0.25;
   constexpr int turns = 6;
   const double rate = 180 / turn_time;  // degrees/s, of each end
   SceneRun run(fmt::format(R"(drench: 1
 time: {{step: 0.002, end: 10, mode: cfl}}
-domain: {{min: [-0.3, -0.3, -0.2], max: [0.3, 0.2, 0.2]}}
-fluid: {{spacing: 0.008, viscosity: 1.0e-5}}
+domain: {{min: [-0.6, -0.4, -0.3], max: [0.6, 0.3, 0.3]}}
+fluid: {{spacing: 0.01, viscosity: 1.0e-5}}
 cloth:
-  - mesh: {{grid: {{size: [{0}, {1}], nodes: [31, 11]}}}}
+  - mesh: {{grid: {{size: [{0}, {1}], nodes: [31, 9]}}}}
     thickness: {2}
     compression: 3000
     areal_density: 0.4
@@ -106,8 +106,8 @@ cloth:
     damping: 3
     self_collision: true
     pin:
-      - {{box: {{min: [-1, -1, -1], max: [-0.149, 1, 1]}}, offset: [[0, [0, 0, 0]], [1.5, [0.03, 0, 0]]], spin: {{axis: [1, 0, 0], degrees_per_second: {3}}}}}
-      - {{box: {{min: [0.149, -1, -1], max: [1, 1, 1]}}, offset: [[0, [0, 0, 0]], [1.5, [-0.03, 0, 0]]], spin: {{axis: [-1, 0, 0], degrees_per_second: {3}}}}}
+      - {{box: {{min: [-1, -1, -1], max: [-0.299, 1, 1]}}, offset: [[0, [0, 0, 0]], [1.5, [0.06, 0, 0]]], spin: {{axis: [1, 0, 0], degrees_per_second: {3}}}}}
+      - {{box: {{min: [0.299, -1, -1], max: [1, 1, 1]}}, offset: [[0, [0, 0, 0]], [1.5, [-0.06, 0, 0]]], spin: {{axis: [-1, 0, 0], degrees_per_second: {3}}}}}
     initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: 1}}]
     porous: {{solid_fraction: 0.15, capillary_height: 0.12, compressibility: 0.8}}
 )",

@@ -148,8 +148,8 @@ double node_bytes(const Sizing& m) {
   // capacity_quanta, max_quanta, weight_sum, sample_start, row_bound
   if (m.size.samples > 0) node += 2 * quanta_bytes + double_bytes + index_bytes + r;
   if (m.size.squeezing) node += 2 * double_bytes;  // pores, ceiling
-  if (m.size.patches > 0) node += index_bytes;   // material
-  if (m.size.stitches > 0) node += index_bytes;  // joint
+  if (m.size.patches > 0) node += index_bytes;     // material
+  if (m.size.stitches > 0) node += index_bytes;    // joint
   double bytes = m.size.nodes * node + m.size.links * 4 * r + m.size.patches * sizeof(Material);
   bytes +=
       (m.size.edges + m.size.stitches) * 2 * index_bytes + m.size.hinges * 4 * index_bytes;  // edge_item, hinge_item

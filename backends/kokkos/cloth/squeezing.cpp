@@ -19,7 +19,7 @@ namespace law = squeezing_law;
 struct Squeezing {
   ClothSystem cloth;
   Entries<const Real> inverse_mass;
-  Entries<Double3> pull, acceleration, wall;
+  Entries<Double3> pull, smooth, acceleration, wall;
   Entries<std::int64_t> push, load;
   Entries<Index> share, count;
   Entries<PressedPair> pair;
@@ -29,6 +29,7 @@ struct Squeezing {
       : cloth(system),
         inverse_mass(fabric.nodes.inverse_mass),
         pull(work.pull),
+        smooth(work.smooth),
         acceleration(work.acceleration),
         wall(work.wall),
         push(work.push),
@@ -38,21 +39,21 @@ struct Squeezing {
         pair(work.pair),
         unit(force_unit) {}
 
-  /// What acts on a node: fabric, weight and the other layers, N.
-  KOKKOS_INLINE_FUNCTION Double3 force(Index n) const {
+  /// `own` and what the other layers do to a node, N.
+  KOKKOS_INLINE_FUNCTION Double3 with_layers(const Double3& own, Index n) const {
     const Double3 pushed{double(push(3 * n)), double(push(3 * n + 1)), double(push(3 * n + 2))};
-    return add(pull(n), times(unit, pushed));
+    return add(own, times(unit, pushed));
   }
   /// Its acceleration, which the first solid that it touches stops.
   KOKKOS_INLINE_FUNCTION void accelerate(Index n) const {
-    const Double3 a = times(double(inverse_mass(n)), force(n)), normal = wall(n);
+    const Double3 a = times(double(inverse_mass(n)), with_layers(smooth(n), n)), normal = wall(n);
     const double into = inner(a, normal);
     acceleration(n) = into < 0 ? minus(a, times(into, normal)) : a;
   }
   KOKKOS_INLINE_FUNCTION void find_force(Index n, const Real3& gravity) const {
     if (n == 0) count(0) = 0;
     const auto at_rest = [](Index) { return Real3{}; };
-    pull(n) = widen(cloth.elastic_force(n, at_rest) + cloth.mass(n) * gravity);
+    pull(n) = smooth(n) = widen(cloth.elastic_force(n, at_rest) + cloth.mass(n) * gravity);
     Double3 normal;
     for (std::size_t b = 0; b < cloth.solids.extent(0) && !cloth.pinned(n); ++b) {
       const SolidDistance<Real> at = solid_distance(cloth.solids(b), cloth.start(n), Real3{});
@@ -64,9 +65,19 @@ struct Squeezing {
     for (int a = 0; a < 3; ++a) push(3 * n + a) = 0;
     load(n) = 0;
     share(n) = 0;
-    accelerate(n);
   }
 
+  /// Half of a free node's force goes to those that it shares an edge with, in equal parts; what pins would get stays.
+  KOKKOS_INLINE_FUNCTION Double3 spread(const Entries<Double3>& from, Index n) const {
+    if (cloth.pinned(n)) return from(n);
+    Double3 sum = times(0.5, from(n));
+    for (Index r = cloth.edge_start(n); r < cloth.edge_start(n + 1); ++r) {
+      const Index e = cloth.edge_item(r), other = cloth.edge(2 * e) == n ? cloth.edge(2 * e + 1) : cloth.edge(2 * e);
+      const Index giver = cloth.pinned(other) ? n : other;
+      sum = add(sum, times(0.5 / double(cloth.edge_start(giver + 1) - cloth.edge_start(giver)), from(giver)));
+    }
+    return sum;
+  }
   // a pass: who acts, their forces, what these do
   KOKKOS_INLINE_FUNCTION void find_missing(Index k) const {
     PressedPair& c = pair(k);
@@ -106,21 +117,24 @@ struct Squeezing {
   KOKKOS_INLINE_FUNCTION double pressed(Index n) const {
     if (cloth.pinned(n)) return 0.5 * unit * double(load(n));
     const NodeTerms t = cloth.terms(n);
-    Real3 left = narrow(force(n));
+    Real3 left = narrow(with_layers(pull(n), n));
     return 0.5 * (unit * double(load(n)) + double(cloth.contact(t, Real3{}, left, t.compression).press));
   }
 };
 
 void allocate(const Cloth& cloth, const SelfCollisionWork& collision, SqueezingWork& work) {
   const auto n = static_cast<std::size_t>(cloth.nodes.count);
-  make_room(work.pull, "drench::squeezing::pull", n);
-  make_room(work.acceleration, "drench::squeezing::acceleration", n);
-  make_room(work.wall, "drench::squeezing::wall", n);
+  for (auto [array, label] : {std::pair{&work.pull, "drench::squeezing::pull"},
+                              {&work.smooth, "drench::squeezing::smooth"},
+                              {&work.acceleration, "drench::squeezing::acceleration"},
+                              {&work.wall, "drench::squeezing::wall"}})
+    make_room(*array, label, n);
   make_room(work.push, "drench::squeezing::push", 3 * n);
   make_room(work.load, "drench::squeezing::load", n);
   make_room(work.share, "drench::squeezing::share", n);
-  if (collision.found_pairs > 0) make_ample_room(work.pair, "drench::squeezing::pair", static_cast<std::size_t>(collision.found_pairs));
-  if (!work.count.exists()) allocate_zeros(work.count, "drench::squeezing::count", 1);
+  if (collision.found_pairs > 0)
+    make_ample_room(work.pair, "drench::squeezing::pair", static_cast<std::size_t>(collision.found_pairs));
+  make_room(work.count, "drench::squeezing::count", 1);
 }
 
 /// The pairs of stage self_collision that touch now; their number.
@@ -149,6 +163,14 @@ Index find_pairs(const Cloth& cloth, const SelfCollisionWork& collision, Squeezi
 }
 
 void balance(const Cloth& cloth, const Squeezing& s, Index pairs) {
+  for (int k = 0; k < law::spreads; ++k) {
+    const Entries<Double3> from = k % 2 == 0 ? s.smooth : s.acceleration, to = k % 2 == 0 ? s.acceleration : s.smooth;
+    parallel(
+        "drench::squeezing::spread", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { to(n) = s.spread(from, n); });
+  }
+  static_assert(law::spreads % 2 == 0);
+  parallel(
+      "drench::squeezing::accelerate", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) { s.accelerate(n); });
   for (int pass = 0; pass < law::passes; ++pass) {
     parallel(
         "drench::squeezing::missing", pairs, KOKKOS_LAMBDA(const Index k) { s.find_missing(k); });
@@ -185,7 +207,8 @@ void press_pores(const Constants& constants, Cloth& cloth, const Squeezing& s) {
         pores(n) = holds;
         full(n) = static_cast<Quanta>(Kokkos::floor(holds / quantum));
         const double above = ceiling(n) - 1;  // a film does not shrink with the pores
-        most(n) = static_cast<Quanta>(Kokkos::floor((holds + above * (m.film_depth > 0 ? capacity(n) : holds)) / quantum));
+        most(n) =
+            static_cast<Quanta>(Kokkos::floor((holds + above * (m.film_depth > 0 ? capacity(n) : holds)) / quantum));
       });
 }
 
@@ -194,7 +217,7 @@ void press_pores(const Constants& constants, Cloth& cloth, const Squeezing& s) {
 MemoryEstimate squeezing_bytes(const Sizing& s) {
   MemoryEstimate sum;
   if (!s.size.squeezing || s.size.nodes <= 0) return sum;
-  sum.cloth = s.size.nodes * (3 * sizeof(Double3) + 4 * sizeof(std::int64_t) + index_bytes);
+  sum.cloth = s.size.nodes * (4 * sizeof(Double3) + 4 * sizeof(std::int64_t) + index_bytes);
   if (s.size.self_collision) sum.cloth += s.size.nodes * 1.25 * s.size.fold_pairs * sizeof(PressedPair);
   return sum;
 }

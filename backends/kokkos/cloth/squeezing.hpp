@@ -19,6 +19,7 @@ struct PressedPair {
 struct SqueezingWork {
   // per node of all cloths
   Field<Double3> pull;          // what fabric and weight do to the node, N
+  Field<Double3> smooth;        // the same, spread over neighbours: what layers hold against
   Field<Double3> acceleration;  // m/s², after solids and the pairs' forces
   Field<Double3> wall;          // normal of the first solid that it touches, or 0
   Field<std::int64_t> push;     // 3 each: Σ b λ n

@@ -13,7 +13,10 @@ struct NodeLiquid {
   double quantum;                  // kg
 
   NodeLiquid(const Constants& constants, const Cloth& cloth)
-      : liquid(cloth.nodes.liquid), capacity(cloth.nodes.capacity), pores(cloth.nodes.pores), quantum(constants.quantum) {}
+      : liquid(cloth.nodes.liquid),
+        capacity(cloth.nodes.capacity),
+        pores(cloth.nodes.pores),
+        quantum(constants.quantum) {}
   /// What the pores hold as they are pressed, kg.
   KOKKOS_INLINE_FUNCTION double room(Index n) const { return pores.exist() ? pores(n) : capacity(n); }
   /// m_f/C_n, 1, of a node that can hold some; above 1 it is overfull.

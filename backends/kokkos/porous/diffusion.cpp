@@ -108,8 +108,7 @@ struct NodePairs {
   /// Of the film of pair e, whose first node is of material m; it leaves the upper node.
   KOKKOS_INLINE_FUNCTION double film_flux(Index e, const Material& m, Index upper) const {
     // What hangs at a hem is thicker.
-    const double delta =
-        Kokkos::fmin(double(materials(upper).film_depth) * wet.beyond(upper), 2 * double(m.film));
+    const double delta = Kokkos::fmin(double(materials(upper).film_depth) * wet.beyond(upper), 2 * double(m.film));
     return laws::film_flux(film(e) * double(m.film_flow), delta, drop(e) * double(m.capillary_height));
   }
 };

@@ -57,7 +57,9 @@ struct WetTriangle {
         area(work.rest_area),
         least(constants.model.scene.output.wet_above) {}
 
-  KOKKOS_INLINE_FUNCTION double excess(Index n) const { return (wet.capacity(n) > 0 ? wet.filling_at_rest(n) : 0) - least; }
+  KOKKOS_INLINE_FUNCTION double excess(Index n) const {
+    return (wet.capacity(n) > 0 ? wet.filling_at_rest(n) : 0) - least;
+  }
   KOKKOS_INLINE_FUNCTION Patch operator()(Index t) const {
     const Index n[3] = {node(3 * t), node(3 * t + 1), node(3 * t + 2)};
     const double s[3] = {excess(n[0]), excess(n[1]), excess(n[2])};
