@@ -76,6 +76,7 @@ void slow_fresh_particles(ReferenceState& state, std::vector<Momentum>& impulse)
 Vector3d at_rest_outwards(const ReferenceState& state, const std::vector<PlacedBody>& bodies,
                           const Clearance& clearance, Index n, const Vector3d& x, double dt, Vector3d v) {
   const double touching = 0.01 * clearance.thickness;  // beyond the clearance: nodes so near rest on a body
+  const Vector3d pushed = dt * inverse_node_mass(state, n) * vec(state.s.node_contact_force[n]);  // m/s
   for (const PlacedBody& body : bodies) {
     Vector3d normal, unused;
     const std::optional<double> distance = distance_to(body, x, normal);
@@ -84,7 +85,8 @@ Vector3d at_rest_outwards(const ReferenceState& state, const std::vector<PlacedB
     const std::optional<double> before = distance_to(body, start + dt * body.velocity_at(start), unused);
     if (!before) continue;
     const double outward = normal.dot(v - body.velocity_at(x));
-    v -= std::max(0.0, std::min(outward, (*distance - *before) / dt)) * normal;
+    const double gained = std::min(normal.dot(pushed), (*distance - *before) / dt);
+    v -= std::max(0.0, std::min(outward, gained)) * normal;
   }
   return v;
 }

@@ -6,7 +6,8 @@
 //         cloth (paths, impulses), 4 failsafe of solids, 5 positions, ages and the domain, 6 tunnelled particles,
 //         7 escaped particles.
 // Reads:  fluid_position (m), fluid_velocity (m/s), fluid_mass (quanta), fluid_age (s), fluid_origin, fluid_id,
-//         node_position (m), node_velocity (m/s), node_liquid (quanta), time (s), lists fluid→fluid and fluid→sample.
+//         node_position (m), node_velocity (m/s), node_contact_force (N), node_liquid (quanta), time (s),
+//         lists fluid→fluid and fluid→sample.
 // Writes: fluid_* (positions, velocities, ages; removed particles), node_position, node_velocity, drained (quanta);
 //         StepReport::collisions, clamped, tunnelled, lowest_tunnelled, escaped, escaped_speed (m/s).
 // Exact:  momentum for nodes is a 64-bit sum in units of q · 2^-8 m/s, applied once: v_n += p_n u_n.

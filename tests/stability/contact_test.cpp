@@ -145,6 +145,25 @@ bodies:
   EXPECT_LT(run.watch().largest_speed(), 1.1) << "m/s";
 }
 
+TEST(contact, a_body_that_leaves_does_not_pull_a_sheet_along) {
+  // The sheet starts 0.3 mm from the body, closer than its thickness of 1 mm. In six steps the body pushes it out by
+  // 0.1 mm each, and leaves at 40 mm/s.
+  WatchedRun run(R"(drench: 1
+time: {step: 0.002, end: 1}
+gravity: [0, 0, 0]
+cloth:
+  - mesh: {grid: {size: [0.1, 0.1], nodes: [6, 6]}}
+    place: {position: [0, 0.0003, 0]}
+    thickness: 0.001
+bodies:
+  - box: {min: [-0.1, -0.05, -0.1], max: [0.1, 0, 0.1], velocity: [0, -0.04, 0]}
+)",
+                 {.energy = HUGE_VAL});
+  run.steps(6);
+  for (const Vec3& x : run.state().node_position) EXPECT_NEAR(x[1] + 6 * 0.002 * 0.04, 0.0009, 1e-6) << "m";
+  for (const Vec3& v : run.state().node_velocity) EXPECT_LT(std::abs(v[1]), 1e-3) << "m/s";
+}
+
 TEST(contact, slivers_that_are_removed_cost_nothing) {
   WatchedRun run(sliver_scene("auto"), {.energy = HUGE_VAL});
   EXPECT_EQ(unconverged_steps(run, 0.1), 0);

@@ -19,6 +19,7 @@ struct MoveCloth {
   using value_type = ClothMotion;
   Entries<const Real3> start;
   Entries<Real3> position, velocity;
+  Entries<const Real3> contact_force;
   Entries<const std::uint8_t> pinned;
   Entries<const Index> triangle;
   Entries<const Real> rest, solid_mass, kept;  // kept: Nodes::clearance
@@ -87,12 +88,15 @@ struct MoveCloth {
       shift = to_distance(solids(static_cast<std::int64_t>(b)), x, shift, contact, distance);
     }
     position(n) = x + shift;
-    velocity(n) = clearance.kept < Real(0.999) * clearance.thickness ? at_rest_outwards(v, x, shift, clearance) : v;
+    if (clearance.kept < Real(0.999) * clearance.thickness)
+      v = at_rest_outwards(v, x, shift, clearance, (dt * inverse_mass(n)) * contact_force(n));
+    velocity(n) = v;
     return shift;
   }
-  /// The velocity of a node without what it gained as solids pushed it out (docs/theory/cloth.md, (26b)).
-  KOKKOS_INLINE_FUNCTION Real3 at_rest_outwards(Real3 v, const Real3& x, const Real3& shift,
-                                                const Clearance& clearance) const {
+  /// The velocity of a node without what it gained as solids pushed it out (docs/theory/cloth.md, (26b)). `pushed`:
+  /// what their forces have added to it in the step, m/s.
+  KOKKOS_INLINE_FUNCTION Real3 at_rest_outwards(Real3 v, const Real3& x, const Real3& shift, const Clearance& clearance,
+                                                const Real3& pushed) const {
     for (std::size_t b = 0; b < solids.extent(0); ++b) {
       const Solid& solid = solids(static_cast<std::int64_t>(b));
       const SolidDistance<> d = solid_distance(solid, x, shift);
@@ -100,7 +104,8 @@ struct MoveCloth {
       if (!(d.phi < distance + touching * clearance.thickness)) continue;
       const Real before = solid_distance(solid, x, dt * surface_velocity(solid, x, Real3{})).phi;
       const Real outward = dot(v - surface_velocity(solid, x, shift), d.normal);
-      v -= Kokkos::fmax(Real(0), Kokkos::fmin(outward, (d.phi - before) / dt)) * d.normal;
+      const Real gained = Kokkos::fmin(dot(pushed, d.normal), (d.phi - before) / dt);
+      v -= Kokkos::fmax(Real(0), Kokkos::fmin(outward, gained)) * d.normal;
     }
     return v;
   }
@@ -117,6 +122,7 @@ void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bo
   const MoveCloth move{work.start,
                        cloth.nodes.position,
                        cloth.nodes.velocity,
+                       std::as_const(cloth).nodes.contact_force,
                        cloth.nodes.pinned,
                        cloth.mesh.triangle,
                        cloth.mesh.rest_metric,
