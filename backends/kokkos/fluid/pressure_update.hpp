@@ -57,11 +57,13 @@ struct DensityUpdate {
     return alpha(i) == 0 ? Real(0) : source_ramp(origin(i), age(i), ramp);
   }
   KOKKOS_INLINE_FUNCTION RowNorms update_contact(Index i, Real beta, Real lambda_alpha, Real approach) const {
+    next_contact(i) = 0;
+    if (!(lambda_alpha > 0)) return {};  // λ_i = 0, and lean iterations leave contact(i) as it was
     const Real lambda = contact(i), gain = factor * lambda_alpha;
     const Real nearer = beta * dt * (approach - dt * contact_compliance(i) * lambda), before = last_contact(i);
     const Real p = updated(lambda, gain, nearer);
     next_contact(i) = p;
-    return lambda_alpha > 0 ? norms_of(nearer, lambda, gain, p, before, lambda_alpha) : RowNorms{};
+    return norms_of(nearer, lambda, gain, p, before, lambda_alpha);
   }
   /// α'_i, m²; 0: touches no sheet.
   KOKKOS_INLINE_FUNCTION Real touch(Index i) const { return touching ? contact_alpha(i) : Real(0); }
