@@ -69,6 +69,8 @@ void describe(Section& s, MicropolarScene& micropolar);
 void describe(Section& s, FluidSolverScene& solver);
 void describe(Section& s, BlockScene& block);
 void describe(Section& s, JetScene& jet);
+void describe(Section& s, MeshJetScene& jet);
+void describe(Section& s, DrainScene& drain);
 void describe(Section& s, RainScene& rain);
 
 // describe_cloth.cpp

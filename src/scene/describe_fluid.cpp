@@ -107,17 +107,84 @@ void describe(Section& s, RainScene& rain) {
   check_end_after_start(s, "the rain", rain.start, rain.end);
 }
 
+/// Of every emitter.
+template <class Emitter>
+void describe_flow(Section& s, Emitter& emitter, const char* what) {
+  s.number("start", emitter.start, "[0, 1e6]", "s", "time at which the flow starts");
+  s.number("end", emitter.end, "[0, inf]", "s", "time at which the flow stops; after `start`");
+  s.number("concentration", emitter.concentration, concentration_range, "kg/kg",
+           "mass fraction of the solute (such as dye or detergent)");
+  check_end_after_start(s, what, emitter.start, emitter.end);
+}
+
+void describe_nozzle_spin(Section& s, NozzleMotionScene& motion) {
+  describe(s, motion.spin);
+  Vec3 center = motion.center.value_or(Vec3{0, 0, 0});
+  const bool given = s.has("center") || motion.center;
+  s.saved_if(motion.center.has_value())
+      .numbers("center", center, coordinate_range, "m",
+               "centre of rotation; moves with the emitter; without this key the centre of the emitter");
+  if (given) motion.center = center;
+}
+
+/// Between two times the motion is as bodies have it.
+void describe_motion(Section& s, NozzleMotionScene& motion) {
+  s.one_line();
+  s.numbers("velocity", motion.velocity, speed_range, "m/s", "prescribed velocity of the emitter, from 0 s");
+  s.numbers("offset", motion.offset, coordinate_range, "m",
+            "keyframes of the displacement from the start; added to the motion by `velocity`");
+  s.section("spin", motion, describe_nozzle_spin, "rotation of the emitter and of the direction of its liquid");
+  check_offset(s, motion.offset, 0);
+}
+
+/// A resolved scene has the motion of emitters that move.
+void describe_motion_of(Section& s, NozzleMotionScene& motion) {
+  s.saved_if(motion != NozzleMotionScene{})
+      .section("motion", motion, describe_motion,
+               "motion of the emitter, which the liquid adds to its own velocity; without this key it stands still");
+}
+
+void describe(Section& s, MeshJetScene& jet) {
+  s.one_line();
+  const bool moving = !jet.sequence.files.empty();
+  s.saved_if(!moving).mesh_file(
+      "file", jet.placed.file, "mesh (.obj, .ply, .stl), open or closed; a relative path starts at the scene's folder");
+  describe_sequence(s, jet.sequence, "files of a moving mesh with the same polygons, which may change their shape");
+  if (!jet.sequence.files.empty()) jet.placed.file = jet.sequence.files.front();
+  s.check(s.has("file") != s.has("sequence"), s.has("file") ? "sequence" : "file",
+          s.has("file") ? "cannot be combined with file; allowed: exactly one of the two"
+                        : "file and sequence are both missing; allowed: exactly one of the two");
+  describe_placed(s, jet.placed);
+  s.required().number("speed", jet.speed, "[0, 1000]", "m/s",
+                      "speed of the liquid relative to the faces; 0 is allowed in keyframes only");
+  s.check(jet.speed.largest() > 0, "speed",
+          "is 0 at all times, so the emitter never flows; allowed: a number above 0, or keyframes with one");
+  Vec3 direction = jet.direction.value_or(Vec3{0, 0, 0});
+  const bool given = s.has("direction") || jet.direction;
+  s.saved_if(jet.direction.has_value())
+      .numbers("direction", direction, direction_range, "1",
+               "direction of the liquid, from the faces that look that way; its length does not matter; without this "
+               "key along the normals, for which the corners of a face are counter-clockwise");
+  if (given) jet.direction = direction;
+  if (s.has("direction")) check_not_zero(s, "direction", direction);
+  describe_motion_of(s, jet.motion);
+  s.check(!s.has("sequence") || !s.has("motion"), "motion",
+          "cannot be combined with sequence, which sets the motion; allowed: one of the two");
+  describe_flow(s, jet, "the emitter");
+}
+
 /// An entry of `sources`.
 struct SourceScene {
   BlockScene block;
   std::optional<JetScene> jet;
   std::optional<RainScene> rain;
+  std::optional<MeshJetScene> mesh_jet;
 };
 
 void describe(Section& s, SourceScene& source) {
   using Shape = BlockScene::Shape;
   BlockScene& block = source.block;
-  const bool full = !source.jet && !source.rain;
+  const bool full = !source.jet && !source.rain && !source.mesh_jet;
   const auto shape = [&](Shape value) -> Section& { return s.saved_if(full).one_of(block.shape, value); };
   shape(Shape::box).section("block", block, "box that is filled with liquid at the start");
   shape(Shape::sphere).section("sphere", block, describe_sphere, "sphere that is filled with liquid at the start");
@@ -127,7 +194,8 @@ void describe(Section& s, SourceScene& source) {
   shape(Shape::particles)
       .section("particles", block, describe_particles,
                "particles of a file, for example a frame of another run; their distance has to be `spacing`");
-  s.one_of().section("jet", source.jet, "emitter: a round nozzle");
+  s.one_of().section("jet", source.jet, "emitter: a round or rectangular nozzle");
+  s.one_of().section("mesh_jet", source.mesh_jet, "emitter: the faces of a mesh file");
   s.one_of().section("rain", source.rain, "emitter: drops that fall from a horizontal rectangle");
 }
 
@@ -150,19 +218,56 @@ void check_turns(Section& s, const Keyed<Vec3>& velocity) {
 }
 
 void describe(Section& s, JetScene& jet) {
+  using Shape = JetScene::Shape;
   s.one_line();
   s.required().numbers("center", jet.center, coordinate_range, "m", "centre of the nozzle, inside the domain");
-  s.required().number("radius", jet.radius, "[1e-6, 100]", "m", "radius of the nozzle; at least half a spacing");
+  s.one_of(jet.shape, Shape::disc)
+      .number("radius", jet.radius, "[1e-6, 100]", "m", "radius of a round nozzle; at least half a spacing");
+  s.one_of(jet.shape, Shape::rectangle)
+      .numbers("size", jet.size, "[1e-6, 200]", "m",
+               "side lengths of a rectangular nozzle, the second along `up`; each at least one spacing");
   s.required().numbers(
       "velocity", jet.velocity, speed_range, "m/s",
       "velocity of the liquid, along the nozzle's axis; 0 is allowed in keyframes only and closes the nozzle");
-  s.number("start", jet.start, "[0, 1e6]", "s", "time at which the flow starts");
-  s.number("end", jet.end, "[0, inf]", "s", "time at which the flow stops; after `start`");
-  s.number("concentration", jet.concentration, concentration_range, "kg/kg",
-           "mass fraction of the solute (such as dye or detergent)");
+  Vec3 up = jet.up.value_or(Vec3{0, 1, 0});
+  const bool given = s.has("up") || jet.up;
+  s.saved_if(jet.up.has_value())
+      .numbers("up", up, direction_range, "1",
+               "direction of the second side of a rectangular nozzle, of which the part across the velocity counts; "
+               "without this key y, or z if the velocity is vertical");
+  if (given) jet.up = up;
+  if (s.has("up")) check_not_zero(s, "up", up);
+  s.check(jet.shape == Shape::rectangle || !s.has("up"), "up",
+          "applies only to a rectangular nozzle; allowed: only with size");
+  describe_motion_of(s, jet.motion);
   check_not_zero(s, "velocity", jet.velocity);
   check_turns(s, jet.velocity);
-  check_end_after_start(s, "the jet", jet.start, jet.end);
+  describe_flow(s, jet, "the jet");
+}
+
+void describe_drain_sphere(Section& s, DrainScene& drain) {
+  s.one_line();
+  s.required().numbers("center", drain.center, coordinate_range, "m", "centre");
+  s.required().number("radius", drain.radius, "[1e-6, 10000]", "m", "radius");
+}
+
+void describe_drain_plane(Section& s, DrainScene& drain) {
+  s.one_line();
+  s.required().numbers("point", drain.point, coordinate_range, "m", "any point of the plane");
+  s.required().numbers("normal", drain.normal, direction_range, "1",
+                       "points to the liquid that stays; its length does not matter");
+  check_not_zero(s, "normal", drain.normal);
+}
+
+void describe(Section& s, DrainScene& drain) {
+  using Shape = DrainScene::Shape;
+  s.one_line();
+  s.one_of(drain.shape, Shape::box).section("box", drain.box, "axis-aligned box");
+  s.one_of(drain.shape, Shape::sphere).section("sphere", drain, describe_drain_sphere, "sphere");
+  s.one_of(drain.shape, Shape::plane).section("plane", drain, describe_drain_plane, "all that is behind a plane");
+  s.number("start", drain.start, "[0, 1e6]", "s", "time at which the drain opens");
+  s.number("end", drain.end, "[0, inf]", "s", "time at which the drain closes; after `start`");
+  check_end_after_start(s, "the drain", drain.start, drain.end);
 }
 
 void describe(Section& s, FluidScene& fluid) {
@@ -190,18 +295,23 @@ void describe(Section& s, FluidScene& fluid) {
   for (const BlockScene& block : fluid.blocks) sources.emplace_back().block = block;
   for (const JetScene& jet : fluid.jets) sources.emplace_back().jet = jet;
   for (const RainScene& rain : fluid.rains) sources.emplace_back().rain = rain;
+  for (const MeshJetScene& jet : fluid.mesh_jets) sources.emplace_back().mesh_jet = jet;
   s.list("sources", sources, "sources of liquid; required unless the scene has porous cloth");
   fluid.blocks.clear();
   fluid.jets.clear();
   fluid.rains.clear();
+  fluid.mesh_jets.clear();
   for (const SourceScene& source : sources) {
     if (source.jet)
       fluid.jets.push_back(*source.jet);
     else if (source.rain)
       fluid.rains.push_back(*source.rain);
+    else if (source.mesh_jet)
+      fluid.mesh_jets.push_back(*source.mesh_jet);
     else
       fluid.blocks.push_back(source.block);
   }
+  s.list("drains", fluid.drains, "regions that remove the liquid that enters them; its mass is recorded as drained");
 }
 
 }  // namespace drench

@@ -9,6 +9,7 @@
 
 #include "base/keyed.hpp"
 #include "base/types.hpp"
+#include "scene/motion.hpp"
 
 namespace drench {
 
@@ -68,16 +69,36 @@ struct BlockScene {
   bool operator==(const BlockScene&) const = default;
 };
 
-/// A source of liquid: a round nozzle.
+/// A source of liquid: a plane nozzle.
 struct JetScene {
+  /// Of its mouth.
+  enum class Shape { disc, rectangle };
   Vec3 center{0, 0, 0};                                  // m
-  double radius = 0.05;                                  // m
+  double radius = 0.05;                                  // m; of a disc
   Keyed<Vec3> velocity;                                  // m/s; the nozzle's axis
   double start = 0.0;                                    // s
   double end = std::numeric_limits<double>::infinity();  // s
   double concentration = 0;                              // kg/kg; of its solute
+  Shape shape = Shape::disc;                             // which decides the members that count
+  std::array<double, 2> size{0.1, 0.1};                  // m; of a rectangle: the second side is along `up`
+  std::optional<Vec3> up{};    // of a rectangle; without it y, or z where the axis is vertical
+  NozzleMotionScene motion{};  // of the nozzle, with the direction of the liquid
 
   bool operator==(const JetScene&) const = default;
+};
+
+/// A source of liquid: the faces of a mesh.
+struct MeshJetScene {
+  PlacedFile placed;                                     // its file; of a sequence, the first
+  SequenceScene sequence;                                // of a mesh that moves as its files say
+  Keyed<double> speed;                                   // m/s
+  std::optional<Vec3> direction;                         // of the liquid; without it along the normals
+  NozzleMotionScene motion;                              // of a mesh without a sequence
+  double start = 0.0;                                    // s
+  double end = std::numeric_limits<double>::infinity();  // s
+  double concentration = 0;                              // kg/kg; of its solute
+
+  bool operator==(const MeshJetScene&) const = default;
 };
 
 /// A source of liquid: drops that fall from a horizontal rectangle.
@@ -92,6 +113,21 @@ struct RainScene {
   double concentration = 0;                              // kg/kg; of its solute
 
   bool operator==(const RainScene&) const = default;
+};
+
+/// A region that removes the liquid that enters it.
+struct DrainScene {
+  enum class Shape { box, sphere, plane };
+  Shape shape = Shape::box;  // which decides the members that count
+  Box box;
+  Vec3 center{0, 0, 0};                                  // m; of a sphere
+  double radius = 0.1;                                   // m; of a sphere
+  Vec3 point{0, 0, 0};                                   // m; of a plane
+  Vec3 normal{0, 1, 0};                                  // of a plane; points to the liquid that stays
+  double start = 0.0;                                    // s
+  double end = std::numeric_limits<double>::infinity();  // s
+
+  bool operator==(const DrainScene&) const = default;
 };
 
 /// Spin of the particles, for turbulence (stages/micropolar.hpp); a scene without the section has none.
@@ -120,6 +156,8 @@ struct FluidScene {
   std::vector<BlockScene> blocks;                           // sources that are there at the start
   std::vector<JetScene> jets;                               // sources that flow
   std::vector<RainScene> rains;                             // sources that rain
+  std::vector<MeshJetScene> mesh_jets;                      // sources that flow from the faces of a mesh
+  std::vector<DrainScene> drains;                           // what removes liquid
 
   bool operator==(const FluidScene&) const = default;
 };

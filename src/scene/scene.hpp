@@ -13,6 +13,7 @@
 #include "base/types.hpp"
 #include "scene/liquid.hpp"
 #include "scene/material.hpp"
+#include "scene/motion.hpp"
 
 namespace drench {
 
@@ -87,22 +88,6 @@ struct GridScene {
   std::array<int, 2> nodes{31, 31};  // along these sides
 
   bool operator==(const GridScene&) const = default;
-};
-
-/// A rotation about a fixed axis, by the right-hand rule.
-struct SpinScene {
-  Vec3 axis{0, 1, 0};                // its length does not matter
-  Keyed<double> degrees_per_second;  // °/s
-
-  bool operator==(const SpinScene&) const = default;
-};
-
-/// A shape that moves from file to file, each with the same triangles.
-struct SequenceScene {
-  std::vector<std::string> files;  // the first at 0 s
-  double fps = 24;                 // files a second
-
-  bool operator==(const SequenceScene&) const = default;
 };
 
 /// An entry of `cloth.N.pin`: nodes that stand still or move as prescribed.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -148,16 +149,36 @@ struct FabricPairs {
   Rows of_node;  // node → items 2·pair + side
 };
 
+/// The mouth of an emitter that moves or is a mesh: each particle leaves at a time of its own, from where the mouth is
+/// then (state/nozzle.hpp). Meshes of a sequence have an entry per file of what changes, others one.
+struct Mouth {
+  PinMotion motion;                       // of a mouth that moves as a whole; `center` as Jet::scene has it, or its own
+  std::vector<std::vector<Vec3>> points;  // m: of each file; empty: Jet::offsets, as a whole
+  std::vector<std::vector<Vec3>> directions;  // unit: of the liquid of each point; empty: along the jet's axis
+  std::vector<std::vector<double>> flow;      // m²: running sums of what the points emit for; empty: all the same
+  double fps = 24;                            // files per second
+  std::int64_t stride = 1;                    // the next particle leaves so many parts of the flow further on
+  Keyed<double> area;                         // m²: flow over speed
+  /// m³ that have come out by the times (s) between which the flow is smooth.
+  struct Volumes {
+    std::vector<double> time, out;
+  } volumes;
+  double fastest_file = 0;  // m/s: of the points of a sequence
+  bool moves = false;
+};
+
 struct Jet {
   JetScene scene;
-  std::vector<Vec3> offsets;          // m: lattice points of the mouth, relative to the centre, normal to the axis
+  std::vector<Vec3> offsets;          // m: points of the mouth, relative to the centre; of a nozzle, normal to the axis
   Quanta mass = quanta_per_particle;  // of each particle
   Quanta solute = 0;                  // of each particle
-  double interval = 0;                // s, between two particles: d³/(π R² |v|); 0 with keys
-  double advance = 0;                 // m, of the liquid between two particles: d³/(π R²)
-  // of a velocity with keys, what it is between them (src/stages/jets.hpp)
-  Keyed<double> speed;  // m/s
-  Keyed<Vec3> aim;      // unit at each key; the axis is along it
+  double area = 0;                    // m²: flow over speed, at its largest
+  double interval = 0;                // s, between two particles: d³/(area · |v|); 0 with keys
+  double advance = 0;                 // m, of the liquid between two particles: d³/area
+  // of a velocity with keys, what it is between them (src/stages/jets.hpp); also of one without, if there is a mouth
+  Keyed<double> speed;         // m/s
+  Keyed<Vec3> aim;             // unit at each key; the axis is along it
+  std::optional<Mouth> mouth;  // of an emitter that moves or is a mesh
 
   bool has_keys() const { return speed.has_keys(); }
   /// How much liquid has come out by `time` (s), as a length of the jet, m.
@@ -387,6 +408,7 @@ struct Model {
   /// kg: of a quantum of solute.
   double solute_quantum() const { return quantum * concentration_unit; }
   bool has_jets() const { return !jets.empty(); }
+  bool has_drains() const { return has_fluid() && !scene.fluid.drains.empty(); }
   /// May there be more particles than at the start?
   bool adds_particles() const { return has_jets() || has_emission(); }
   bool has_reservoirs() const { return !reservoirs.empty(); }

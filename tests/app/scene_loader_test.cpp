@@ -56,6 +56,39 @@ FluidScene every_liquid_key() {
              0,
              std::numeric_limits<double>::infinity(),
              0}};
+  JetScene& rectangle = f.jets.emplace_back();
+  rectangle.center = {0, 1, 0};
+  rectangle.shape = JetScene::Shape::rectangle;
+  rectangle.size = {0.2, 0.1};
+  rectangle.up = {0, 0, 2};
+  rectangle.velocity = {0, -1, 0};
+  rectangle.motion = {{0.1, 0, 0},
+                      {{{0, {0, 0, 0}}, {1, {0, 0.1, 0}}}, Interpolation::smooth},
+                      {{0, 0, 1}, {{{0, 0}, {1, 90}}, Interpolation::linear}},
+                      Vec3{0, 2, 0}};
+  MeshJetScene& faces = f.mesh_jets.emplace_back();
+  faces.placed = {folder().file("mesh.PLY"), 100, LengthUnit::mm, UpAxis::z, {0, 1, 0}, {0, 0, 1}, 8};
+  faces.speed = {{{0, 0}, {1, 2}}, Interpolation::linear};
+  faces.direction = {0, -1, 0.5};
+  faces.motion = {
+      {0, 0.1, 0}, {{{0, {0, 0, 0}}, {2, {0.2, 0, 0}}}, Interpolation::linear}, {{1, 0, 0}, 30}, Vec3{1, 0, 0}};
+  faces.start = 0.1;
+  faces.end = 3;
+  faces.concentration = 0.01;
+  MeshJetScene& moving = f.mesh_jets.emplace_back();
+  moving.placed.file = folder().file("mesh.PLY");
+  moving.sequence = {{folder().file("mesh.PLY"), folder().file("mesh.PLY")}, 12};
+  moving.speed = 1.5;
+  f.drains.resize(3);
+  f.drains[0].box = {{-1, -2, -1}, {1, -1, 1}};
+  f.drains[0].start = 0.5;
+  f.drains[0].end = 2;
+  f.drains[1].shape = DrainScene::Shape::sphere;
+  f.drains[1].center = {2, 0, 0};
+  f.drains[1].radius = 0.3;
+  f.drains[2].shape = DrainScene::Shape::plane;
+  f.drains[2].point = {0, -2, 0};
+  f.drains[2].normal = {0, 2, 0};
   return f;
 }
 
