@@ -1,6 +1,9 @@
 // Stage jets (src/stages/jets.hpp).
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "common.hpp"
 #include "state/needed_fields.hpp"
@@ -28,6 +31,120 @@ void let_go_by_keys(ReferenceState& state, const Jet& jet, std::int64_t& q, doub
   }
 }
 
+/// Of a mouth that moves or is a mesh: what the model has in closed form is looked for anew here, in small steps.
+class MovingMouth {
+ public:
+  MovingMouth(const Jet& jet) : jet_(jet), mouth_(*jet.mouth) {}
+
+  /// m³ that have come out: area times speed, by Boole's rule between the keys of either.
+  double volume(double time) const {
+    const double end = std::min(time, jet_.scene.end);
+    std::vector<double> times{jet_.scene.start, end};
+    for (const Keyed<double>* keyed : {&jet_.speed, &mouth_.area})
+      for (const Key<double>& key : keyed->keys())
+        if (key.time > jet_.scene.start && key.time < end) times.push_back(key.time);
+    std::ranges::sort(times);
+    double sum = 0;
+    for (std::size_t k = 1; k < times.size() && end > jet_.scene.start; ++k) {
+      const double from = times[k - 1], length = times[k] - from;
+      // At its ends a speed with steps may have the value of the neighbouring piece.
+      const double edge = 1e-12 * length;
+      const auto flow = [&](double s) {
+        const double at = from + std::clamp(s * length, edge, length - edge);
+        return mouth_.area.at(at) * jet_.speed.at(at);
+      };
+      sum += length / 90 * (7 * (flow(0) + flow(1)) + 32 * (flow(0.25) + flow(0.75)) + 12 * flow(0.5));
+    }
+    return sum;
+  }
+
+  /// When so much has come out, by halving.
+  double time_of(double asked, double low, double high) const {
+    for (int k = 0; k < 100; ++k) {
+      const double middle = 0.5 * (low + high);
+      (volume(middle) < asked ? low : high) = middle;
+    }
+    return high;
+  }
+
+  /// Particle q, which leaves at a time.
+  std::pair<Vector3d, Vector3d> leaving(std::int64_t q, double time) const {
+    const std::size_t p = point_of(q, time);
+    const double speed = jet_.speed.at(time);
+    if (!mouth_.points.empty()) {
+      const auto [file, part] = file_at(time);
+      const Vector3d first = vec(mouth_.points[file][p]);
+      Vector3d velocity = Vector3d::Zero(), x = first, along = axis(time);
+      if (!mouth_.directions.empty()) along = vec(mouth_.directions[file][p]);
+      if (file + 1 < mouth_.points.size()) {
+        const Vector3d step = vec(mouth_.points[file + 1][p]) - first;
+        velocity = mouth_.fps * step;
+        x += part * step;
+        if (!mouth_.directions.empty())
+          along = ((1 - part) * along + part * vec(mouth_.directions[file + 1][p])).normalized();
+      }
+      return {x, velocity + speed * along};
+    }
+    const PinMotion& m = mouth_.motion;
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(m.rate.integral(0, time), vec(m.axis)).toRotationMatrix();
+    Vector3d offset = vec(jet_.offsets[p]), along = axis(time);
+    if (jet_.aim.has_keys()) offset = Eigen::Quaterniond::FromTwoVectors(vec(jet_.aim.plain()), along) * offset;
+    if (!mouth_.directions.empty()) along = vec(mouth_.directions.front()[p]);
+    const Vector3d centre = vec(m.center) + vec(m.velocity.integral(0, time)) + vec(m.path.at(time)),
+                   x = centre + turn * (vec(jet_.scene.center) + offset - vec(m.center)),
+                   spin = m.rate.at(time) * vec(m.axis);
+    return {x,
+            vec(m.velocity.at(time)) + vec(m.path.derivative(time)) + spin.cross(x - centre) + speed * (turn * along)};
+  }
+
+ private:
+  Vector3d axis(double time) const { return vec(jet_.aim.at(time)).normalized(); }
+
+  std::pair<std::size_t, double> file_at(double time) const {
+    const double at = time * mouth_.fps;
+    const auto last = mouth_.points.size() - 1;
+    if (!(at > 0)) return {0, 0.0};
+    if (at >= static_cast<double>(last)) return {last, 0.0};
+    return {static_cast<std::size_t>(at), at - std::floor(at)};
+  }
+
+  /// The first point up to which more of the flow leaves than before a place in particle q's part of it, another in
+  /// each round.
+  std::size_t point_of(std::int64_t q, double time) const {
+    const std::size_t n = mouth_.points.empty() ? jet_.offsets.size() : mouth_.points.front().size();
+    const std::size_t number = static_cast<std::size_t>(q) % n * static_cast<std::size_t>(mouth_.stride) % n;
+    if (mouth_.flow.empty()) return number;
+    std::vector<double> sums = mouth_.flow.front();
+    if (!mouth_.points.empty()) {
+      const auto [file, part] = file_at(time);
+      sums = mouth_.flow[file];
+      for (std::size_t p = 0; p < n && file + 1 < mouth_.flow.size(); ++p)
+        sums[p] += part * (mouth_.flow[file + 1][p] - sums[p]);
+    }
+    const double round = std::floor(static_cast<double>(q) / static_cast<double>(n)),
+                 shift = 0.5 + round * (0.5 * std::sqrt(5.0) - 0.5);
+    const double asked =
+        (static_cast<double>(number) + shift - std::floor(shift)) / static_cast<double>(n) * sums.back();
+    return static_cast<std::size_t>(std::ranges::find_if(sums, [&](double sum) { return sum > asked; }) - sums.begin());
+  }
+
+  const Jet& jet_;
+  const Mouth& mouth_;
+};
+
+/// Eqs. 29b to 29f.
+void let_go_moving(ReferenceState& state, const Jet& jet, std::int64_t& q, const StepInfo& info) {
+  const MovingMouth mouth(jet);
+  const double now = info.time + info.dt, volume = std::pow(state.model.spacing, 3), out = mouth.volume(now);
+  for (; (static_cast<double>(q) + 0.5) * volume <= out; ++q) {
+    const double time = mouth.time_of((static_cast<double>(q) + 0.5) * volume, info.time, now);
+    const auto [x, v] = mouth.leaving(q, time);
+    append_particle(state.s, state.model, {arr(x + (now - time) * v), arr(v), jet.mass, Origin::jet, jet.solute});
+    state.s.supplied += jet.mass;
+    state.s.solute_supplied += jet.solute;
+  }
+}
+
 }  // namespace
 
 void jets(ReferenceState& state, const StepInfo& info, StepReport&) {
@@ -36,6 +153,10 @@ void jets(ReferenceState& state, const StepInfo& info, StepReport&) {
   s.jet_particles.resize(state.model.jets.size(), 0);
   for (std::size_t k = 0; k < state.model.jets.size(); ++k) {
     const Jet& jet = state.model.jets[k];
+    if (jet.mouth) {
+      let_go_moving(state, jet, s.jet_particles[k], info);
+      continue;
+    }
     if (jet.has_keys()) {
       let_go_by_keys(state, jet, s.jet_particles[k], now);
       continue;

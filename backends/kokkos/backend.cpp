@@ -185,7 +185,7 @@ class KokkosBackend final : public Backend {
     jets_.offsets.resize(jets.size());
     mouths_.resize(jets.size());
     for (std::size_t j = 0; j < jets.size(); ++j) {
-      if (mouths_[j] == jets[j].offsets) continue;
+      if (jets[j].mouth || mouths_[j] == jets[j].offsets) continue;
       mouths_[j] = jets[j].offsets;
       jets_.offsets[j] = to_device3("drench::jet_offsets", mouths_[j]);
     }

@@ -395,7 +395,9 @@ class Simulation:
             self._run.detach(number, chosen)
 
     def set_jet(self, jet: int, velocity: Vector, center: Vector | None = None) -> None:
-        """Set the velocity, m/s, of a jet and optionally its centre, m. A velocity of 0 closes the jet."""
+        """Set the velocity, m/s, of a jet and optionally its centre, m. A velocity of 0 closes the jet.
+
+        A jet with the key `motion` can be closed, but not changed otherwise."""
         self._run.set_jet(_index("jet", jet), _vector("velocity", velocity),
                           None if center is None else _vector("center", center))
 

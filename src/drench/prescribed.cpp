@@ -251,6 +251,9 @@ void change_jet(Model& m, Index number, const Vec3& velocity, const std::optiona
     jet.scene.end = std::min(jet.scene.end, std::max(time, jet.scene.start));
     return;
   }
+  if (jet.mouth)
+    throw std::invalid_argument(fmt::format(
+        "jet {} moves as the scene says; allowed: a velocity of 0, which closes it, or a jet without motion", number));
   JetScene next = m.scene.fluid.jets[static_cast<std::size_t>(number)];
   next.velocity = velocity;
   next.center = center.value_or(jet.scene.center);

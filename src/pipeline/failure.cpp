@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "stages/wind.hpp"
 #include "state/deforming_body.hpp"
+#include "state/nozzle.hpp"
 
 namespace drench {
 namespace {
@@ -33,7 +33,7 @@ double fastest_spin(const Body& body) {
 double fastest_prescribed(const Model& m) {
   double fastest = std::max(m.fastest_before, m.scene.wind.present ? fastest_air(m.scene.wind) : 0);
   for (const BlockScene& block : m.scene.fluid.blocks) fastest = std::max(fastest, norm(block.velocity));
-  for (const Jet& jet : m.jets) fastest = std::max(fastest, jet.scene.velocity.largest());
+  for (const Jet& jet : m.jets) fastest = std::max(fastest, fastest_leaving(jet));
   for (const Body& body : m.bodies)
     fastest = std::max(fastest, fastest_centre(body) + fastest_spin(body) * body.reach + fastest_point(body.shape));
   for (std::size_t n = 0; n < m.mesh.pin_motion.size(); ++n) {
@@ -91,7 +91,7 @@ Limits::Limits(const Model& m, double liquid)
   for (const double solid : m.mesh.solid_mass) mass += solid;
   for (const Body& body : m.bodies) mass += body.mass;
   for (const Jet& jet : m.jets)
-    supply += m.rest_density * std::numbers::pi * jet.scene.radius * jet.scene.radius * jet.scene.velocity.largest();
+    supply += m.rest_density * jet.area * (jet.mouth ? jet.speed.largest() : jet.scene.velocity.largest());
   if (m.has_reservoirs()) mass = std::numeric_limits<double>::infinity();
 }
 

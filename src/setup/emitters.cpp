@@ -10,9 +10,12 @@
 #include <utility>
 
 #include "base/eigen_vec.hpp"
+#include "setup/emitting_faces.hpp"
+#include "setup/file_place.hpp"
 #include "setup/fluid_sampling.hpp"
 #include "setup/setup_error.hpp"
 #include "setup/solute.hpp"
+#include "state/nozzle.hpp"
 
 namespace drench {
 namespace {
@@ -61,41 +64,163 @@ void aim_by_keys(Jet& jet) {
   jet.aim = Keyed<Vec3>(std::move(aim), velocity.interpolation());
 }
 
+/// Layers along a side of a rectangle, as of blocks.
+int layers_along(double side, double d) {
+  constexpr double widest = 1.05;  // of d
+  const int layers = std::max(1, static_cast<int>(std::lround(side / d)));
+  return side / layers > widest * d ? layers + 1 : layers;
+}
+
+/// Steps of Roberts' sequence: 1/g and 1/g² of the root g of g³ = g + 1. Points that follow each other are far apart.
+constexpr std::array<double, 2> roberts{0.7548776662466927, 0.5698402909980532};
+
+/// A lattice that fills a rectangle with these sides, in an order in which neighbours are far apart.
+std::vector<Vec3> rectangle_points(const std::array<double, 2>& size, const Vector3d& across, const Vector3d& up,
+                                   double d) {
+  const int a = layers_along(size[0], d), b = layers_along(size[1], d);
+  const auto middle = [](int k, int layers) { return (k + 0.5) / layers - 0.5; };
+  std::vector<std::pair<double, Vec3>> ordered;
+  for (int i = 0; i < a; ++i)
+    for (int k = 0; k < b; ++k)
+      ordered.emplace_back(std::fmod(roberts[0] * i + roberts[1] * k, 1.0),
+                           to_vec3(middle(i, a) * size[0] * across + middle(k, b) * size[1] * up));
+  std::sort(ordered.begin(), ordered.end());
+  std::vector<Vec3> points;
+  for (const auto& [order, point] : ordered) points.push_back(point);
+  return points;
+}
+
+/// The direction of the second side of a rectangle across `axis`.
+Vector3d up_across(const JetScene& scene, const Vector3d& axis, const std::string& name) {
+  constexpr double vertical = 0.999;  // of the cosine
+  const Vector3d asked =
+      scene.up ? to_eigen(*scene.up).normalized() : Vector3d::Unit(std::abs(axis.y()) > vertical ? 2 : 1);
+  const Vector3d up = asked - asked.dot(axis) * axis;
+  if (!(up.norm() > 1e-6))
+    throw SetupError(name + ": the velocity is along `up`; allowed: an `up` that points across the velocity");
+  return up.normalized();
+}
+
+PinMotion motion_of(const NozzleMotionScene& scene, const Vec3& center, double size) {
+  PinMotion motion;
+  motion.velocity = scene.velocity;
+  motion.path = scene.offset;
+  motion.axis = to_vec3(to_eigen(scene.spin.axis).normalized());
+  motion.rate = scene.spin.degrees_per_second.scaled(std::numbers::pi / 180);
+  motion.center = scene.center.value_or(center);
+  motion.reach = (to_eigen(center) - to_eigen(motion.center)).norm() + size;
+  return motion;
+}
+
+double reach_of(const std::vector<Vec3>& offsets) {
+  double most = 0;
+  for (const Vec3& offset : offsets) most = std::max(most, to_eigen(offset).norm());
+  return most;
+}
+
+void check_inside(const Model& model, const Jet& jet, const std::string& name) {
+  if (!contains(model.scene.domain.min, model.scene.domain.max, center_of_mouth(jet, jet.scene.start)))
+    throw SetupError(name + ": the centre is outside the domain when it starts to flow");
+}
+
+void check_count(double points, double most, double d, const std::string& name) {
+  if (points > most)
+    throw SetupError(
+        fmt::format("{}: its mouth needs {:.3g} particles at spacing {} m; allowed: at most {:.0e}, so a "
+                    "smaller mouth or a larger spacing",
+                    name, points, d, most));
+}
+
 }  // namespace
 
 std::string jet_label(const Model& model, std::size_t number) {
-  const std::size_t jets = model.scene.fluid.jets.size();
-  return number < jets ? fmt::format("fluid: jet {}", number + 1) : fmt::format("fluid: rain {}", number - jets + 1);
+  const std::size_t jets = model.scene.fluid.jets.size(), rains = jets + model.scene.fluid.rains.size();
+  if (number < jets) return fmt::format("fluid: jet {}", number + 1);
+  return number < rains ? fmt::format("fluid: rain {}", number - jets + 1)
+                        : fmt::format("fluid: mesh_jet {}", number - rains + 1);
 }
 
 Jet make_jet(const Model& model, const JetScene& scene, const std::string& name) {
   const double d = model.spacing;
+  const bool disc = scene.shape == JetScene::Shape::disc;
   Jet jet;
   jet.scene = scene;
   jet.solute = solute_quanta(model, scene.concentration, quanta_per_particle);
   if (scene.velocity.has_keys()) aim_by_keys(jet);
   const Vector3d velocity = to_eigen(scene.velocity.has_keys() ? jet.aim.plain() : scene.velocity.plain());
   const double radius = scene.radius, speed = velocity.norm();
-  if (!(radius >= 0.5 * d)) {
+  if (disc && !(radius >= 0.5 * d)) {
     throw SetupError(fmt::format("{}: the radius {} m is below half the spacing, {} m", name, radius, 0.5 * d));
   }
+  if (const double side = std::min(scene.size[0], scene.size[1]); !disc && side < d * (1 - 1e-9))
+    throw SetupError(fmt::format("{}: the side {} m is below the spacing, {} m", name, side, d));
   if (!(speed > 0)) throw SetupError(name + ": the velocity must not be zero");
-  if (!contains(model.scene.domain.min, model.scene.domain.max, scene.center)) {
+  if (!moves(scene.motion) && !contains(model.scene.domain.min, model.scene.domain.max, scene.center)) {
     throw SetupError(name + ": the centre is outside the domain");
   }
+  jet.area = disc ? std::numbers::pi * radius * radius : scene.size[0] * scene.size[1];
+  check_count(jet.area / (d * d), max_mouth_points, d, name);
   const Vector3d axis = velocity / speed;
-  int smallest = 0;
-  axis.cwiseAbs().minCoeff(&smallest);
-  const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized(), v = axis.cross(u);
-  if (const double points = std::numbers::pi * radius * radius / (d * d); points > max_mouth_points)
-    throw SetupError(
-        fmt::format("{}: its mouth needs {:.3g} particles at spacing {} m; allowed: at most {:.0e}, so a "
-                    "smaller radius or a larger spacing",
-                    name, points, d, max_mouth_points));
-  for (const auto& [a, b] : layer_points(std::numbers::pi * radius * radius / (d * d)))
-    jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
-  if (!jet.has_keys()) jet.interval = d * d * d / (std::numbers::pi * radius * radius * speed);
-  jet.advance = d * d * d / (std::numbers::pi * radius * radius);
+  if (disc) {
+    int smallest = 0;
+    axis.cwiseAbs().minCoeff(&smallest);
+    const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized(), v = axis.cross(u);
+    for (const auto& [a, b] : layer_points(jet.area / (d * d))) jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
+  } else {
+    const Vector3d up = up_across(scene, axis, name);
+    jet.offsets = rectangle_points(scene.size, up.cross(axis), up, d);
+  }
+  if (!jet.has_keys()) jet.interval = d * d * d / (jet.area * speed);
+  jet.advance = d * d * d / jet.area;
+  if (!moves(scene.motion)) return jet;
+  if (!jet.has_keys()) {
+    jet.speed = speed;
+    jet.aim = to_vec3(axis);
+  }
+  jet.mouth.emplace();
+  jet.mouth->motion = motion_of(scene.motion, scene.center, reach_of(jet.offsets));
+  jet.mouth->moves = true;
+  jet.mouth->area = jet.area;
+  jet.mouth->volumes = volumes_at_keys(jet);
+  check_inside(model, jet, name);
+  return jet;
+}
+
+Jet make_mesh_jet(const Model& model, const MeshJetScene& scene, const std::string& name) {
+  const double d = model.spacing;
+  const std::vector<std::string> files =
+      scene.sequence.files.empty() ? std::vector{scene.placed.file} : scene.sequence.files;
+  const EmittingFaces faces = emitting_faces(files, model.scene.path, scene, d, name);
+  Jet jet;
+  jet.scene.start = scene.start;
+  jet.scene.end = scene.end;
+  jet.scene.concentration = scene.concentration;
+  jet.scene.motion = scene.motion;
+  jet.solute = solute_quanta(model, scene.concentration, quanta_per_particle);
+  jet.scene.center = faces.center;
+  for (const Vec3& x : faces.points.front()) jet.offsets.push_back(to_vec3(to_eigen(x) - to_eigen(faces.center)));
+  jet.speed = scene.speed;
+  jet.aim = scene.direction ? to_vec3(to_eigen(*scene.direction).normalized()) : Vec3{0, 1, 0};
+  Mouth& mouth = jet.mouth.emplace();
+  mouth.motion = motion_of(scene.motion, jet.scene.center, reach_of(jet.offsets));
+  mouth.directions = faces.directions;
+  mouth.flow = faces.flow;
+  mouth.fps = scene.sequence.fps;
+  mouth.stride = golden_stride(static_cast<std::int64_t>(jet.offsets.size()));
+  mouth.moves = moves(scene.motion) || faces.points.size() > 1;
+  std::vector<Key<double>> areas;
+  for (std::size_t k = 0; k < faces.area.size(); ++k) {
+    areas.push_back({static_cast<double>(k) / mouth.fps, faces.area[k]});
+    jet.area = std::max(jet.area, areas.back().value);
+  }
+  mouth.area = areas.front().value;
+  if (areas.size() > 1) {
+    mouth.area = Keyed<double>(std::move(areas), Interpolation::linear);
+    mouth.points = faces.points;
+    mouth.fastest_file = faces.fastest;
+  }
+  mouth.volumes = volumes_at_keys(jet);
+  check_inside(model, jet, name);
   return jet;
 }
 
@@ -132,15 +257,13 @@ Jet make_rain(const Model& model, const RainScene& scene, const std::string& nam
   jet.solute = solute_quanta(model, scene.concentration, jet.mass);
   constexpr double per_mm_per_hour = 1e-3 / 3600;  // m/s
   jet.interval = drops * drop / (scene.rate * per_mm_per_hour * area);
-  jet.scene.radius = std::sqrt(scene.rate * per_mm_per_hour * area / (std::numbers::pi * velocity.norm()));
+  jet.area = scene.rate * per_mm_per_hour * area / velocity.norm();
   Eigen::Index down = 1;
   if (gravity.norm() > 0) gravity.cwiseAbs().maxCoeff(&down);
   const std::array<std::size_t, 2> level{down == 0 ? 1U : 0U, down == 2 ? 1U : 2U};
-  // Roberts' sequence: 1/g and 1/g² of the root g of g³ = g + 1. Points that follow each other are far apart.
-  constexpr double first = 0.7548776662466927, second = 0.5698402909980532;
   constexpr int points = 4096;
   for (int k = 0; k < points; ++k) {
-    const double a = std::fmod(0.5 + first * k, 1.0) - 0.5, b = std::fmod(0.5 + second * k, 1.0) - 0.5;
+    const double a = std::fmod(0.5 + roberts[0] * k, 1.0) - 0.5, b = std::fmod(0.5 + roberts[1] * k, 1.0) - 0.5;
     Vec3 offset{0, 0, 0};
     offset[level[0]] = a * scene.size[0];
     offset[level[1]] = b * scene.size[1];
@@ -152,12 +275,18 @@ Jet make_rain(const Model& model, const RainScene& scene, const std::string& nam
 std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings) {
   std::vector<Jet> jets;
   const FluidScene& fluid = model.scene.fluid;
-  for (std::size_t j = 0; j < fluid.jets.size() + fluid.rains.size(); ++j) {
-    const bool rain = j >= fluid.jets.size();
+  const std::size_t rains = fluid.jets.size(), meshes = rains + fluid.rains.size();
+  for (std::size_t j = 0; j < meshes + fluid.mesh_jets.size(); ++j) {
     const std::string name = jet_label(model, j);
-    Jet jet = rain ? make_rain(model, fluid.rains[j - fluid.jets.size()], name) : make_jet(model, fluid.jets[j], name);
-    std::vector<Vec3> mouth;
-    for (const Vec3& offset : jet.offsets) mouth.push_back(to_vec3(to_eigen(jet.scene.center) + to_eigen(offset)));
+    Jet jet = j < rains    ? make_jet(model, fluid.jets[j], name)
+              : j < meshes ? make_rain(model, fluid.rains[j - rains], name)
+                           : make_mesh_jet(model, fluid.mesh_jets[j - meshes], name);
+    if (j >= meshes) {
+      const PlacedFile& placed = fluid.mesh_jets[j - meshes].placed;
+      if (std::string hint = unit_hint(mouth_at(jet, 0), placed.unit, placed.scale, name); !hint.empty())
+        warnings.push_back(std::move(hint));
+    }
+    const std::vector<Vec3> mouth = mouth_at(jet, jet.scene.start);
     const auto solid = inside_solid(model, mouth);
     if (const auto free = std::count(solid.begin(), solid.end(), 0); free < std::ssize(solid)) {
       std::set<std::size_t> bodies(solid.begin(), solid.end());

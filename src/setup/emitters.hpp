@@ -10,11 +10,11 @@ namespace drench {
 
 inline constexpr double max_mouth_points = 1e6;
 
-/// "fluid: jet 1", "fluid: rain 2": of an entry of Model::jets, which has the rains last.
+/// "fluid: jet 1", "fluid: rain 2", "fluid: mesh_jet 3": of an entry of Model::jets, which has them in this order.
 std::string jet_label(const Model& model, std::size_t number);
 
-/// Lattice and interval of a jet, which a SetupError calls `name`. Needs model.spacing. SetupError: a radius below d/2,
-/// a mouth of too many points, no velocity, a centre outside the domain.
+/// Lattice and interval of a jet, which a SetupError calls `name`. Needs model.spacing. SetupError: a radius below d/2
+/// or a side below d, a mouth of too many points, no velocity, an `up` along it, a centre outside the domain.
 Jet make_jet(const Model& model, const JetScene& scene, const std::string& name);
 
 /// Rain as a jet whose mouth is the rectangle: its offsets are a low-discrepancy sequence on it, and each particle has
@@ -22,8 +22,11 @@ Jet make_jet(const Model& model, const JetScene& scene, const std::string& name)
 /// above, and for drops that are larger than a particle, or fall along no direction.
 Jet make_rain(const Model& model, const RainScene& scene, const std::string& name);
 
-/// The same of all jets of the scene, followed by its rains. Needs model.bodies. A warning counts the points of a mouth
-/// that are in a solid.
+/// The faces of a mesh as a jet. Reads its files. SetupError, as above, and those of emitting_faces().
+Jet make_mesh_jet(const Model& model, const MeshJetScene& scene, const std::string& name);
+
+/// The same of all jets of the scene, followed by its rains and its mesh_jets. Needs model.bodies. A warning counts the
+/// points of a mouth that are in a solid.
 std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings);
 
 }  // namespace drench

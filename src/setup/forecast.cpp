@@ -10,6 +10,7 @@
 #include "setup/point_grid.hpp"
 #include "stages/substeps.hpp"
 #include "state/deforming_body.hpp"
+#include "state/nozzle.hpp"
 
 namespace drench {
 namespace {
@@ -160,6 +161,16 @@ ExpectedSpeeds expected_speeds(const Model& model, const HostState& state) {
   for (std::size_t j = 0; j < model.jets.size(); j += stride(model.jets.size(), 50)) {
     const JetScene& jet = model.jets[j].scene;
     if (jet.start >= end) continue;
+    if (model.jets[j].mouth) {
+      constexpr std::int64_t particles = 5;
+      for (const double time : times_of_mouth(model.jets[j], end))
+        for (std::int64_t k = 0; k < particles; ++k) {
+          const Leaving particle = leaving_particle(model.jets[j], k, time);
+          paths.follow(particle.position, particle.velocity, end - time, false);
+        }
+      paths.speeds.impact = std::max(paths.speeds.impact, fastest_leaving(model.jets[j]));
+      continue;
+    }
     if (!jet.velocity.has_keys()) paths.follow(jet.center, jet.velocity.plain(), end - jet.start, false);
     for (const Key<Vec3>& key : jet.velocity.keys())
       paths.follow(jet.center, key.value, std::max(0.0, end - std::max(jet.start, key.time)), false);

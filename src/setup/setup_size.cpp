@@ -8,6 +8,7 @@
 #include "setup/build.hpp"
 #include "setup/deforming_body.hpp"
 #include "setup/point_grid.hpp"
+#include "state/nozzle.hpp"
 
 namespace drench {
 namespace {
@@ -173,6 +174,10 @@ SetupSize kinds_of(const Model& m) {
 double jet_particles(const Model& model) {
   double count = 0;
   for (const Jet& jet : model.jets) {
+    if (jet.mouth) {
+      count += volume_out(jet, model.scene.time.end) / std::pow(model.spacing, 3);
+      continue;
+    }
     if (jet.has_keys()) {
       count += jet.out(model.scene.time.end) / jet.advance;
       continue;

@@ -15,6 +15,7 @@
 #include "setup/membrane.hpp"
 #include "setup/point_grid.hpp"
 #include "stages/substeps.hpp"
+#include "state/nozzle.hpp"
 
 namespace drench {
 namespace {
@@ -155,7 +156,11 @@ bool is_confined(const Model& m) {
   for (const Body& body : m.bodies) {
     if (body.kind != BodyScene::Kind::box || !body.inside) continue;
     bool all = m.jets.empty() || std::all_of(m.jets.begin(), m.jets.end(), [&](const Jet& jet) {
-                 return contains(body.box.min, body.box.max, jet.scene.center);
+                 if (!jet.mouth) return contains(body.box.min, body.box.max, jet.scene.center);
+                 bool inside = true;
+                 for (const double time : times_of_mouth(jet, m.scene.time.end))
+                   for (const Vec3& x : mouth_at(jet, time)) inside = inside && contains(body.box.min, body.box.max, x);
+                 return inside;
                });
     for (const BlockScene& block : m.scene.fluid.blocks)
       all = all && contains(body.box.min, body.box.max, block.box.min) &&
@@ -184,7 +189,12 @@ void warn_of_domain(const Model& m, const HostState& state, int real_bytes, Line
     for (const double axis_value : x) farthest = std::max(farthest, std::abs(axis_value));
   };
   for (const Vec3& x : state.fluid_position) extend(x);
-  for (const Jet& jet : m.jets) extend(jet.scene.center);
+  for (const Jet& jet : m.jets) {
+    extend(jet.scene.center);
+    if (!jet.mouth) continue;
+    for (const double time : times_of_mouth(jet, m.scene.time.end))
+      for (const Vec3& x : mouth_at(jet, time)) extend(x);
+  }
   const double rounding = farthest * (real_bytes == 4 ? 0x1p-24 : 0x1p-53);
   if (rounding > 1e-3 * m.spacing)
     lines.push_back(fmt::format(
@@ -207,16 +217,18 @@ void warn_of_jets(const Model& m, const HostState& state, Lines& lines) {
                       jet_label(m, j), jet.scene.start, m.scene.time.end));
       continue;
     }
-    std::vector<Vec3> mouth;
-    for (const Vec3& offset : jet.offsets) mouth.push_back(to_vec3(to_eigen(jet.scene.center) + to_eigen(offset)));
-    const auto outside = std::count_if(mouth.begin(), mouth.end(), [&](const Vec3& x) {
-      return !contains(m.scene.domain.min, m.scene.domain.max, x);
-    });
-    if (outside > 0)
-      lines.push_back(
-          fmt::format("{}: {} of the {} points of its mouth are outside the domain and drained at "
-                      "once; make domain larger or move the jet",
-                      jet_label(m, j), outside, mouth.size()));
+    const std::vector<Vec3> mouth = mouth_at(jet, jet.scene.start);
+    for (const double time : times_of_mouth(jet, m.scene.time.end)) {
+      const std::vector<Vec3> now = mouth_at(jet, time);
+      const auto outside = std::count_if(
+          now.begin(), now.end(), [&](const Vec3& x) { return !contains(m.scene.domain.min, m.scene.domain.max, x); });
+      if (outside == 0) continue;
+      lines.push_back(fmt::format(
+          "{}: {} of the {} points of its mouth are outside the domain {}and drained at "
+          "once; make domain larger or move the jet",
+          jet_label(m, j), outside, mouth.size(), time > jet.scene.start ? fmt::format("at {:.3g} s ", time) : ""));
+      break;
+    }
     const auto near = near_cloth(m, mouth, nearest_to_cloth * d);
     if (const auto count = std::count(near.begin(), near.end(), 1))
       lines.push_back(

@@ -6,6 +6,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "state/deforming_body.hpp"
+#include "state/nozzle.hpp"
 
 namespace drench {
 namespace {
@@ -152,8 +153,8 @@ double fastest_by_keys(const Model& model, double from, double to) {
                                       pin.rate.largest(begin, end) * pin.reach);
   }
   for (const Jet& jet : model.jets)
-    if (jet.has_keys() && from < jet.scene.end && to > jet.scene.start)
-      fastest = std::max(fastest, jet.speed.largest(from, to));
+    if ((jet.has_keys() || jet.mouth) && from < jet.scene.end && to > jet.scene.start)
+      fastest = std::max(fastest, fastest_leaving(jet, from, to));
   return fastest;
 }
 

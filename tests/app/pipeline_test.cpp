@@ -301,7 +301,7 @@ TEST_F(PipelineTest, BoundsAreThoseOfTheirComment) {
   model.rest_density = 1000;
   model.jets.push_back({});
   model.jets[0].scene.velocity = {0, -3, 0};
-  model.jets[0].scene.radius = 0.1;
+  model.jets[0].area = std::numbers::pi * 0.01;
   model.mesh.solid_mass = {0.06, 0.04};
   model.mesh.edge_length = {0.05, 0.1};
   model.mesh.edge_stiffness = {400, 25};

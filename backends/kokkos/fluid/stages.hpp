@@ -79,7 +79,8 @@ MemoryEstimate evaporation_bytes(const Sizing& s);
 /// What the jets have let go so far, and their mouths' points.
 struct Jets {
   std::vector<std::int64_t> particles;
-  std::vector<Array<Real3>> offsets;  // m
+  std::vector<Array<Real3>> offsets;  // m; of those that stand still
+  Array<Real3> leaving;               // position (m) and velocity (m/s) of particles that leave one that moves
 };
 void jets(const Constants& constants, Fluid& fluid, Jets& jets, Accounts& accounts, const StepInfo& info);
 
