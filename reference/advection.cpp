@@ -286,6 +286,16 @@ bool outside(const Box& domain, const Vector3d& x) {
   return false;
 }
 
+/// Is x in a drain that is open at a time?
+bool drained(const std::vector<DrainScene>& drains, const Vector3d& x, double time) {
+  return std::ranges::any_of(drains, [&](const DrainScene& drain) {
+    if (time < drain.start || time >= drain.end) return false;
+    if (drain.shape == DrainScene::Shape::box) return !outside(drain.box, x);
+    if (drain.shape == DrainScene::Shape::sphere) return (x - vec(drain.center)).norm() <= drain.radius;
+    return (x - vec(drain.point)).dot(vec(drain.normal).normalized()) <= 0;
+  });
+}
+
 }  // namespace
 
 void advection(ReferenceState& state, const StepInfo& info, StepReport& report) {
@@ -316,7 +326,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   exchange_impulses(state, collisions, impulse);
   push_nodes(state, impulse);
 
-  std::vector<bool> gone(particles, false);
+  std::vector<bool> gone(particles, false), in_drain(particles, false);
   report.tunnelled = 0;
   report.escaped_speed = 0;
   for (Index i = 0; i < particles; ++i) {
@@ -332,16 +342,17 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
     }
     s.fluid_position[i] = arr(x1[i]);
     s.fluid_age[i] += info.dt;
-    if (m.has_solute() && s.fluid_mass[i] == 0 && !outside(m.scene.domain, x1[i]))
-      s.solute_deposited += s.fluid_solute[i];
-    if (!outside(m.scene.domain, x1[i])) continue;
-    gone[i] = true;
-    report.escaped_speed = std::max(report.escaped_speed, vec(s.fluid_velocity[i]).norm());
+    gone[i] = outside(m.scene.domain, x1[i]);
+    in_drain[i] = !gone[i] && drained(m.scene.fluid.drains, x1[i], info.time + info.dt);
+    if (m.has_solute() && s.fluid_mass[i] == 0 && !gone[i] && !in_drain[i]) s.solute_deposited += s.fluid_solute[i];
+    if (gone[i]) report.escaped_speed = std::max(report.escaped_speed, vec(s.fluid_velocity[i]).norm());
+    if (!gone[i] && !in_drain[i]) continue;
     s.drained += s.fluid_mass[i];
     if (m.has_solute()) s.solute_drained += s.fluid_solute[i];
   }
   report.escaped = escaped(s, gone, info.fluid_speed_limit, report.escaped_speed);
-  for (Index i = 0; i < particles; ++i) gone[i] = gone[i] || s.fluid_mass[i] == 0;  // stage evaporation took them whole
+  for (Index i = 0; i < particles; ++i)
+    gone[i] = gone[i] || in_drain[i] || s.fluid_mass[i] == 0;  // stage evaporation took them whole
   remove_particles(s, gone);
 }
 

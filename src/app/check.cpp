@@ -67,10 +67,11 @@ void print_loops(const Model& model) {
 
 void print_parts(const Model& model, const HostState& state) {
   if (model.has_fluid())
-    fmt::print("fluid: {} particles of {:.4g} m, {:.4g} kg, {} emitters\n", state.fluid_count(), model.spacing,
+    fmt::print("fluid: {} particles of {:.4g} m, {:.4g} kg, {} emitters{}\n", state.fluid_count(), model.spacing,
                static_cast<double>(std::accumulate(state.fluid_mass.begin(), state.fluid_mass.end(), Quanta{0})) *
                    model.quantum,
-               model.jets.size());
+               model.jets.size(),
+               model.has_drains() ? fmt::format(", {} drains", model.scene.fluid.drains.size()) : "");
   for (const ClothMaterial& c : model.cloths)
     fmt::print("cloth {}: {} nodes, {} triangles, {} quadrature points, {:.4g} kg/m² ({:.4g} g/m²){}{}\n", c.name,
                c.node_count, c.triangle_count, c.sample_count, c.areal_density, 1000 * c.areal_density,

@@ -85,12 +85,12 @@ struct StepReport {
 
   Quanta mass_fluid = 0;        ///< quanta: in particles
   Quanta mass_cloth = 0;        ///< quanta: in cloth
-  Quanta mass_drained = 0;      ///< quanta: left the domain so far
+  Quanta mass_drained = 0;      ///< quanta: left the domain or entered a drain so far
   Quanta mass_supplied = 0;     ///< quanta: from emitters and reservoirs so far
   Quanta mass_evaporated = 0;   ///< quanta: gone into the air so far
   Quanta solute_fluid = 0;      ///< quanta of solute, Simulation::solute_quantum() in kg: in particles
   Quanta solute_cloth = 0;      ///< the same: on cloth
-  Quanta solute_drained = 0;    ///< the same: left the domain so far
+  Quanta solute_drained = 0;    ///< the same: left with it so far
   Quanta solute_supplied = 0;   ///< the same: from emitters and reservoirs so far
   Quanta solute_deposited = 0;  ///< the same: left behind by particles that vanished so far
   double mass_float = 0;        ///< kg: compensated sum of the floating-point masses of particles and nodes

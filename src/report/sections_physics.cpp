@@ -34,7 +34,7 @@ struct MassRow {
 constexpr MassRow mass_rows[] = {{"mass_supplied", "supplied by emitters and fixed-saturation boundaries"},
                                  {"mass_fluid", "in the liquid"},
                                  {"mass_cloth", "in cloth"},
-                                 {"mass_drained", "drained: left the domain"},
+                                 {"mass_drained", "drained: left the domain or entered a drain"},
                                  {"mass_evaporated", "evaporated into the air"},
                                  {"mass_total", "total: liquid + cloth + drained + evaporated − supplied"},
                                  {"mass_error", "error: change of the total"},

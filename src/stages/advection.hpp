@@ -1,6 +1,6 @@
 #pragma once
-// Stage advection: moves cloth and liquid, with continuous collision of liquid against cloth, failsafes and the
-// domain's border. Collisions are computed in double.
+// Stage advection: moves cloth and liquid, with continuous collision of liquid against cloth, failsafes, the domain's
+// border and drains. Collisions are computed in double.
 //
 // Law:    docs/theory/contacts.md, sections 4–7. 0 coincident particles, 1 fresh particles, 2 cloth, 3 liquid against
 //         cloth (paths, impulses), 4 failsafe of solids, 5 positions, ages and the domain, 6 tunnelled particles,

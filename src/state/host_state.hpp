@@ -28,7 +28,7 @@ struct HostState {
 #undef DRENCH_ARRAY
 
   // the ledger's other accounts, quanta
-  Quanta drained = 0;     // left the domain
+  Quanta drained = 0;     // left the domain or entered a drain
   Quanta supplied = 0;    // came from emitters and reservoirs (net)
   Quanta evaporated = 0;  // went into the air
   // the same of the solute, in its own quanta

@@ -103,6 +103,46 @@ TEST(advection, what_leaves_the_domain_enters_the_account_of_drained_liquid) {
                  .changes = "fluid_mass"});
 }
 
+/// A box, a ball and the half-space below a plane, which the block and the jet reach into.
+constexpr const char* drains = R"(
+  drains:
+    - {box: {min: [-0.05, 0, -0.04], max: [0, 0.05, 0.02]}}
+    - {sphere: {center: [0.05, 0.1, 0.03], radius: 0.03}, end: 0.5}
+    - {plane: {point: [0.03, 0.2, 0], normal: [-1, -0.4, 0.2]}}
+    - {box: {min: [-1, -1, -1], max: [1, 1, 1]}, start: 0.5}
+cloth:)";
+
+TEST(advection, what_a_drain_takes_enters_the_account_of_drained_liquid) {
+  compare_stage({.stage = Stage::advection,
+                 .scene = with(wet_scene(), "\ncloth:", drains),
+                 .steps_before = 2,
+                 .prepare =
+                     [](const Model&, HostState& s) {
+                       for (std::size_t i = 0; i < s.fluid_velocity.size(); i += 7) s.fluid_velocity[i] = {900, 0, 0};
+                     },
+                 .changes = "fluid_mass"});
+}
+
+TEST(advection, a_drain_takes_while_it_is_open_and_is_no_alarm) {
+  const drench::Setup setup = setup_from(R"(drench: 1
+gravity: [0, 0, 0]
+fluid:
+  spacing: 0.02
+  sources: [{block: {min: [0, 0, 0], max: [0.2, 0.2, 0.2], concentration: 0.01}}]
+  drains: [{plane: {point: [0, 0.1, 0], normal: [0, 1, 0]}, start: 0.5, end: 0.7}]
+)");
+  const Quanta half = 500 * quanta_per_particle;
+  for (const auto& [time, taken] : std::vector<std::pair<double, Quanta>>{{0.4, 0}, {0.5, half}, {0.6, half}, {0.7, 0}})
+    run_on_both(setup.model, setup.state, until_advection, {0, time - 0.001, 0.001, 1},
+                [&](const Backend& backend, const StepReport& report) {
+                  const HostState s = backend.download();
+                  EXPECT_EQ(s.drained, taken) << time;
+                  EXPECT_EQ(s.solute_drained, taken) << time;
+                  EXPECT_EQ(s.fluid_count(), taken > 0 ? 500 : 1000) << time;
+                  EXPECT_EQ(report.escaped.count, 0);
+                });
+}
+
 /// One step of the stages around advection, on both backends: law 6 and 7's numbers are the ledger's.
 void expect_alike(const drench::Setup& setup, const HostState& state, const StepInfo& info,
                   const std::function<void(const StepReport&)>& expect) {

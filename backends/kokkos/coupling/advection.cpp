@@ -23,6 +23,21 @@ KOKKOS_INLINE_FUNCTION void add_momentum(const Entries<std::int64_t>& momentum, 
   add_fixed(momentum, node, times(momentum_steps * quanta, dv));
 }
 
+Array<Drain> drains_of(const std::vector<DrainScene>& scenes) {
+  std::vector<Drain> drains;
+  for (const DrainScene& scene : scenes) {
+    const auto point = [](const Vec3& x) { return Double3{x[0], x[1], x[2]}; };
+    Drain drain{scene.shape, point(scene.box.min), point(scene.box.max), scene.radius, scene.start, scene.end};
+    if (scene.shape == DrainScene::Shape::sphere) drain.a = point(scene.center);
+    if (scene.shape == DrainScene::Shape::plane) {
+      drain.a = point(scene.point);
+      drain.b = point(scene.normal);
+    }
+    drains.push_back(drain);
+  }
+  return to_device<Drain>("drench::advection::drains", drains);
+}
+
 void allocate_work(const Constants& constants, Fluid& fluid, const Cloth& cloth, AdvectionWork& work) {
   if (work.counts.data() == nullptr) {
     make_room_for_one(work.counts, "drench::advection::counts");
@@ -38,6 +53,8 @@ void allocate_work(const Constants& constants, Fluid& fluid, const Cloth& cloth,
   if (capacity == 0) return;
   make_room(work.gone, "drench::advection::gone", capacity);
   make_room(work.end, "drench::advection::end", capacity);
+  if (constants.model.has_drains() && !work.drains.exists())
+    work.drains = drains_of(constants.model.scene.fluid.drains);
   if (cloth.samples.count == 0) return;
   order_triangles(constants, work);
   make_room(work.hit_triangle, "drench::advection::hit_triangle", capacity);
@@ -161,10 +178,10 @@ void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& wor
       });
 }
 
-/// Laws 4 and 5: bodies' failsafe, new position and age, and who left the domain. `swept`: x1 is known. `pushes`: on
-/// bodies that a program moves.
+/// Laws 4 and 5: bodies' failsafe, new position and age, and who left the domain or is in a drain at the end, `time`.
+/// `swept`: x1 is known. `pushes`: on bodies that a program moves.
 void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
-                  const PushesOnBodies& pushes, AdvectionWork& work, Real dt, bool swept) {
+                  const PushesOnBodies& pushes, AdvectionWork& work, Real dt, double time, bool swept) {
   const Entries<Real3> position = fluid.particles.position, velocity = fluid.particles.velocity;
   const Entries<const Real3> end = work.end, shift = fluid.separation;
   const Entries<Real> age = fluid.particles.age;
@@ -173,6 +190,7 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
   const Entries<const Index> hit_triangle = work.hit_triangle, near_cloth = lists.fluid_sample.count;
   const bool listed = swept && lists.fluid_sample.rows == fluid.particles.local();
   const Slice<const Solid> solids = bodies.solids;
+  const Slice<const Drain> drains = std::as_const(work.drains);
   const double quantum = constants.quantum;
   const Vec3 &min = constants.model.scene.domain.min, &max = constants.model.scene.domain.max;
   const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
@@ -202,8 +220,11 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
         age(i) += dt;
         const Double3 at = widen(x);
         const bool outside = at.x < lo.x || at.y < lo.y || at.z < lo.z || at.x > hi.x || at.y > hi.y || at.z > hi.z;
-        gone(i) = outside ? 1 : 0;
-        if (outside || !(mass(i) > 0)) ++counts.gone;
+        bool drained = false;
+        for (std::int64_t k = 0; k < drains.count; ++k) drained = drained || drains(k).takes(at, time);
+        gone(i) = outside ? 1 : drained ? 2 : 0;
+        if (outside || drained || !(mass(i) > 0)) ++counts.gone;
+        if (drained && !outside) counts.drained += static_cast<std::int64_t>(mass(i));
         if (!outside) return;
         ++counts.removed;
         const double square = double(dot(v, v));
@@ -232,7 +253,7 @@ SomeParticles escaped(const Fluid& fluid, const AdvectionWork& work, double limi
   const auto velocity = to_host<Vec3>(fluid.particles.velocity, fluid.particles.count);
   std::vector<std::int64_t> ids;
   for (std::size_t i = 0; i < gone.size(); ++i)
-    if (gone[i] != 0 && std::hypot(velocity[i][0], velocity[i][1], velocity[i][2]) > limit) ids.push_back(id[i]);
+    if (gone[i] == 1 && std::hypot(velocity[i][0], velocity[i][1], velocity[i][2]) > limit) ids.push_back(id[i]);
   SomeParticles some{static_cast<std::int64_t>(ids.size()), {}};
   ids = ids_of_all(fluid.exchange.ranks(), ids, some.lowest.size());
   std::partial_sort_copy(ids.begin(), ids.end(), some.lowest.begin(), some.lowest.end());
@@ -242,12 +263,11 @@ SomeParticles escaped(const Fluid& fluid, const AdvectionWork& work, double limi
 
 /// Those that have left the domain.
 void count_removed(const Fluid& fluid, const AdvectionWork& work, const StepInfo& info, const AdvectionCounts& counts,
-                   Accounts& accounts, StepReport& report) {
+                   StepReport& report) {
   report.escaped_speed = std::sqrt(counts.square);
   const bool fast = report.escaped_speed > info.fluid_speed_limit;
   if (fast || (counts.removed >= 100 && 4 * counts.removed > fluid.particles.next_id))
     report.escaped = escaped(fluid, work, fast ? info.fluid_speed_limit : -1);
-  accounts.drained += counts.drained;
 }
 
 /// Quanta of solute that leave the domain, and of particles whose liquid has gone from around it.
@@ -305,7 +325,7 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   const bool commanded = constants.model.has_commanded_body();
   if (commanded) clear_pushes(bodies);
   finish_fluid(constants, fluid, lists, bodies, commanded ? PushesOnBodies(constants, bodies) : PushesOnBodies{}, work,
-               dt, sheets);
+               dt, info.time + info.dt, sheets);
   ExecSpace().fence("drench::advection::counts");
   if (sheets && moving_cloth) cloth.sample_bounds.set_made_from(cloth.moved);
   fluid.particles.ghosts = 0;
@@ -320,7 +340,8 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   if (counts.put_back_near > 0) check_put_back(constants, fluid, lists, cloth, work);
   if (counts.gone == 0) return;
   if (constants.model.has_solute()) account_solute(constants, fluid, work, accounts);
-  if (counts.removed > 0) count_removed(fluid, work, info, counts, accounts, report);
+  if (counts.removed > 0) count_removed(fluid, work, info, counts, report);
+  accounts.drained += counts.drained;
   fluid.particles.compact(work.gone, fluid.particles.count - static_cast<Index>(own.gone));
 }
 

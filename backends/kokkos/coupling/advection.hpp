@@ -9,13 +9,36 @@
 
 namespace drench::kokkos_backend {
 
+/// A region that removes liquid, while it is open.
+struct Drain {
+  DrainScene::Shape shape;
+  Double3 a, b;       // m: corners of a box; centre of a sphere; point of a plane, and its normal (1)
+  double radius;      // m
+  double start, end;  // s
+
+  KOKKOS_INLINE_FUNCTION bool takes(const Double3& x, double time) const {
+    if (!(time >= start && time < end)) return false;
+    const Double3 from = minus(x, a);
+    switch (shape) {
+      case DrainScene::Shape::box:
+        return x.x >= a.x && x.y >= a.y && x.z >= a.z && x.x <= b.x && x.y <= b.y && x.z <= b.z;
+      case DrainScene::Shape::sphere:
+        return inner(from, from) <= radius * radius;
+      case DrainScene::Shape::plane:
+        return inner(from, b) <= 0;
+    }
+    return false;
+  }
+};
+
 /// What stage advection counts; exact in any order.
 struct AdvectionCounts {
   std::int64_t collisions = 0, clamped = 0;
-  std::int64_t removed = 0, drained = 0;  // particles beyond the border; their quanta
-  std::int64_t gone = 0;                  // particles that do not stay
-  std::int64_t put_back_near = 0;         // clamped ones that had cloth within h
-  double square = 0;                      // m²/s²: the largest |v|² of those beyond the border
+  std::int64_t removed = 0;        // particles beyond the border
+  std::int64_t drained = 0;        // quanta: of these, and of those in a drain
+  std::int64_t gone = 0;           // particles that do not stay
+  std::int64_t put_back_near = 0;  // clamped ones that had cloth within h
+  double square = 0;               // m²/s²: the largest |v|² of those beyond the border
   KOKKOS_INLINE_FUNCTION AdvectionCounts& operator+=(const AdvectionCounts& o) {
     collisions += o.collisions;
     clamped += o.clamped;
@@ -51,7 +74,8 @@ struct AdvectionWork {
   Field<Index> hit_triangle;                 // −1: none
   Field<Index> near;                         // on a GPU: particles that may hit, in no order
   Kokkos::View<Index, MemSpace> near_count;  // zero between steps
-  Field<std::uint8_t> gone;
+  Field<std::uint8_t> gone;                  // 1: beyond the border; 2: in a drain
+  Field<Drain> drains;                       // of a scene that has some
 };
 
 MemoryEstimate advection_bytes(const Sizing& s);

@@ -6,7 +6,7 @@
 namespace drench::kokkos_backend {
 
 struct Accounts {
-  Quanta drained = 0;     // left the domain
+  Quanta drained = 0;     // left the domain or entered a drain
   Quanta supplied = 0;    // came from jets and reservoirs (net)
   Quanta evaporated = 0;  // went into the air
   std::int64_t step = 0;
