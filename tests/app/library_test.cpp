@@ -11,6 +11,7 @@
 
 #include "drench/drench.hpp"
 #include "drench/prescribed.hpp"
+#include "restart_scenes.hpp"
 #include "same_state.hpp"
 #include "setup/build.hpp"
 #include "state/needed_fields.hpp"
@@ -243,6 +244,20 @@ bodies:
   }
   EXPECT_NEAR(tray, -2 * 9.81, 0.01 * 2 * 9.81);
   EXPECT_NEAR(load, -tray, 1e-9);
+}
+
+TEST(library, closes_a_jet_that_moves_and_changes_nothing_else_of_it) {
+  Simulation run(parse_scene(test::emitters_scene, "emitters.yaml"));
+  run.run_until(0.02);
+  EXPECT_THROW(run.set_jet(0, {0, -1, 0}), std::invalid_argument);
+  for (const Index jet : {0, 1}) run.set_jet(jet, {0, 0, 0});
+  const Quanta supplied = run.state().supplied;
+  EXPECT_GT(supplied, 0);
+  Simulation other(parse_scene(test::emitters_scene, "emitters.yaml"));
+  other.restore(run.state(), run.changes());
+  for (Simulation* each : {&run, &other}) each->run_until(0.03);
+  EXPECT_EQ(run.state().supplied, supplied);
+  expect_same(run.state(), other.state());
 }
 
 TEST(library, refuses_what_the_scene_does_not_have) {

@@ -77,6 +77,27 @@ TEST(only_what_is_needed, only_bodies_that_change_their_shape_have_kernels_for_i
   }
 }
 
+TEST(only_what_is_needed, moving_emitters_and_drains_cost_only_scenes_that_have_them) {
+  const std::initializer_list<const char*> labels = {"jets::leaving", "advection::drains"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, labels) + containing(allocated, labels), 0);
+    EXPECT_EQ(containing(launched, {"jets::particles"}), 1);
+  }
+  {
+    const Watch watch(
+        with(wet_scene(), "velocity: [0, -1.5, 0.1]}", "velocity: [0, -1.5, 0.1], motion: {velocity: [1, 0, 0]}}"));
+    EXPECT_EQ(containing(launched, {"jets::leaving"}), 1);
+    EXPECT_EQ(containing(allocated, {"jets::leaving"}), 1);
+    EXPECT_EQ(containing(launched, {"jets::particles"}) + containing(allocated, {"jet_offsets"}), 0);
+  }
+  {
+    const Watch watch(
+        with(no_cloth, "spacing: 0.02,", "spacing: 0.02, drains: [{sphere: {center: [0, 0, 0], radius: 0.03}}],"));
+    EXPECT_EQ(containing(allocated, {"advection::drains"}), 1);
+  }
+}
+
 TEST(only_what_is_needed, without_fluid_no_fluid_or_porous_kernel) {
   const Watch watch(no_fluid);
   EXPECT_GT(containing(launched, {"drench::cloth"}), 0);

@@ -197,6 +197,18 @@ TEST_P(Restart, ClothAlone) { expect(run(cloth_scene, 40).contacts, "contacts");
 
 TEST_P(Restart, WhatKeysMove) { expect(run(keyed_scene, 60).jets, "jet"); }
 
+TEST_P(Restart, EmittersThatMoveAndDrains) {
+  const std::string files = write_shapes("restarted_mouth", 4, ball_mesh(1), [](int k, const Eigen::Vector3d& x) {
+    return Eigen::Vector3d((0.03 + 0.005 * k) * x + Eigen::Vector3d(0.02 * k, 0.2, 0.01 * k * k));
+  });
+  const Happened h =
+      run(with(emitters_scene,
+               "  drains:", "    - mesh_jet: {sequence: \"" + files + "\", fps: 40, speed: 0.7}\n  drains:"),
+          60);
+  expect(h.jets, "jet");
+  expect(h.drained, "drain");
+}
+
 TEST_P(Restart, BodiesThatChangeTheirShape) {
   const std::string files = write_shapes("restarted", 6, ball_mesh(2), [](int k, const Eigen::Vector3d& x) {
     return Eigen::Vector3d((0.03 + 0.004 * k) * Eigen::Vector3d(x[0], x[1], x[2] + 0.1 * k * x[1]) +

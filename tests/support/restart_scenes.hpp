@@ -102,6 +102,27 @@ bodies:
   - plane: {point: [0, 0, 0], normal: [0, 1, 0]}
 )";
 
+/// A wide nozzle that sweeps, one that turns about a place beside it, and drains in the pool that they fill.
+inline constexpr const char* emitters_scene = R"(drench: 1
+time: {step: 0.004, end: 1, mode: cfl}
+domain: {min: [-0.4, -0.1, -0.4], max: [0.4, 0.5, 0.4]}
+output: {every: 0.01}
+fluid:
+  spacing: 0.02
+  sources:
+    - jet: {center: [-0.05, 0.1, 0], size: [0.1, 0.04], velocity: [[0, [0, -1, 0]], [0.05, [0.5, -2, 0]]], up: [1, 0, 0],
+        start: 0.002, end: 0.09, motion: {velocity: {keys: [[0, [0, 0, 0]], [0.03, [1.5, 0, 0]]], interpolation: smooth},
+        offset: [[0, [0, 0, 0]], [0.04, [0, 0.02, 0.03]]]}}
+    - jet: {center: [0.06, 0.12, 0], radius: 0.03, velocity: [0, -1.5, 0],
+        motion: {spin: {axis: [0, 1, 0], degrees_per_second: 720, center: [0, 0.12, 0]}}}
+  drains:
+    - {box: {min: [-0.06, -0.1, -0.1], max: [0.06, 0.015, 0.1]}, start: 0.03, end: 0.1}
+    - {sphere: {center: [0.1, 0.02, 0], radius: 0.04}}
+    - {plane: {point: [0, -0.01, 0.09], normal: [0, 0, -1]}}
+bodies:
+  - box: {min: [-0.15, 0, -0.1], max: [0.15, 0.3, 0.1], inside: true}
+)";
+
 /// All that keys move: a jet, a wind, pins, a ball and a floor, each with keys between which the first steps end.
 inline constexpr const char* keyed_scene = R"(drench: 1
 time: {step: 0.004, end: 1, mode: cfl}
