@@ -153,7 +153,8 @@ class Exporter:
     def _record(self):
         cloths, colliders, sources = (self._of(kind) for kind in (roles.Cloth, roles.Collider, roles.Source))
         names = Names(*([part.thing.name for part in parts] for parts in (
-            cloths, colliders, sources, self._of(roles.Liquid), self._of(roles.Nozzle), self._of(roles.Rain))))
+            cloths, colliders, sources, *(self._of(kind) for kind in (roles.Liquid, roles.Nozzle, roles.Rain,
+                                                                      roles.Faces)))))
         return {"first_frame": self.times.first, "frames": self.times.count, "every": 1 / self.times.fps,
                 "unit": self.unit, "speed": roles.number(self.scene.drench.time_scale),
                 "names": names.as_dict(), "cloths": [part.saved() for part in cloths]}

@@ -78,9 +78,9 @@ def draw_liquid(layout, thing):
 
 def draw_emitter(layout, thing):
     own = thing.drench
-    nozzle = ("emitter_axis", "emitter_radius", "emitter_speed")
-    for name in ("emitter_shape", *(nozzle if own.emitter_shape == "NOZZLE" else ("emitter_rate", "emitter_drop")),
-                 "use_emitter_range"):
+    settings = {"NOZZLE": ("emitter_axis", "emitter_radius", "emitter_speed"), "FACES": ("emitter_speed",),
+                "RAIN": ("emitter_rate", "emitter_drop")}
+    for name in ("emitter_shape", *settings[own.emitter_shape], "use_emitter_range"):
         layout.prop(own, name)
     column = layout.column()
     column.active = own.use_emitter_range

@@ -10,9 +10,10 @@ class Problem(Exception):
 class Names:
     """The objects behind the numbers that the program uses in its messages."""
 
-    def __init__(self, cloths=(), bodies=(), sources=(), blocks=(), jets=(), rains=()):
+    def __init__(self, cloths=(), bodies=(), sources=(), blocks=(), jets=(), rains=(), mesh_jets=()):
         self.cloths, self.bodies, self.sources = list(cloths), list(bodies), list(sources)
-        self.blocks, self.jets, self.rains = list(blocks), list(jets), list(rains)  # numbered from 1 in messages
+        # numbered from 1 in messages
+        self.blocks, self.jets, self.rains, self.mesh_jets = list(blocks), list(jets), list(rains), list(mesh_jets)
 
     def as_dict(self):
         return {key: list(value) for key, value in vars(self).items()}
@@ -51,4 +52,5 @@ def with_names(text, names):
     text = _replace_numbers(text, "block|blocks", names.blocks)
     text = _replace_numbers(text, "jet|jets", names.jets)
     text = _replace_numbers(text, "rain", names.rains)
+    text = _replace_numbers(text, "mesh_jet", names.mesh_jets)
     return re.sub(r"^(?:fluid\.sources: )?(?:fluid: )?(?=')", "", text)

@@ -7,7 +7,7 @@ from bpy.props import (BoolProperty, EnumProperty, FloatProperty, FloatVectorPro
 ROLES = (("NONE", "None", "This object takes no part in the simulation"),
          ("CLOTH", "Cloth", "A surface of fabric. Its mesh at the first frame is simulated"),
          ("LIQUID", "Liquid", "Liquid that fills this object at the first frame"),
-         ("EMITTER", "Emitter", "A nozzle at the origin of this object, or rain from its rectangle"),
+         ("EMITTER", "Emitter", "A nozzle at the origin of this object, its faces, or rain from its rectangle"),
          ("COLLIDER", "Collider", "A solid that liquid and cloth touch; it may be animated"))
 RELATIVE = {"options": {"PATH_SUPPORTS_BLEND_RELATIVE"}} if bpy.app.version >= (4, 5, 0) else {}
 # Kinematic viscosity, m²/s, and surface tension, N/m, at 20 °C.
@@ -81,6 +81,7 @@ class DrenchObject(bpy.types.PropertyGroup):
 
     emitter_shape: EnumProperty(name="Shape", default="NOZZLE", items=(
         ("NOZZLE", "Nozzle", "A round nozzle at the origin of the object"),
+        ("FACES", "Faces", "The faces of the mesh, along their normals, for example a plane"),
         ("RAIN", "Rain", "Drops from the level rectangle that the object covers")))
     emitter_rate: FloatProperty(name="Rate", default=2000, min=1e-6, soft_max=10000, max=1e6,
                                 description="Depth of water per hour on level ground, in mm/h. A cloudburst has 50; "
@@ -91,8 +92,8 @@ class DrenchObject(bpy.types.PropertyGroup):
     emitter_radius: FloatProperty(name="Radius", default=0.05, min=1e-6, soft_max=1, max=100, unit="LENGTH",
                                   description="Radius of the nozzle, at least half a particle spacing")
     emitter_speed: FloatProperty(name="Speed", default=1, min=0, soft_max=10, max=1000,
-                                 description="Speed of the liquid, in m/s. It may be animated, like the rotation of the "
-                                 "object; 0 closes the nozzle")
+                                 description="Speed of the liquid relative to the emitter, in m/s. It may be animated, "
+                                 "like the location and rotation of the object; 0 closes the emitter")
     emitter_axis: EnumProperty(name="Direction", default="-Z", items=(
         ("-Z", "Local -Z", "Downwards for an object that is not rotated, like lights and cameras"),
         ("+Z", "Local +Z", "Upwards for an object that is not rotated")))

@@ -28,7 +28,7 @@ def scene_objects(scene, role):
 
 
 def emitter(thing, number):
-    return (Rain if thing.drench.emitter_shape == "RAIN" else Nozzle)(thing, number)
+    return {"NOZZLE": Nozzle, "FACES": Faces, "RAIN": Rain}[thing.drench.emitter_shape](thing, number)
 
 
 def parts(exporter):
@@ -231,17 +231,22 @@ class Liquid(Source):
 
 
 class Emitter(Source):
-    may_move = True  # animation that the program cannot follow is an error
+    may_move = True
 
     def matrix_at(self, exporter):
         return np.array(self.thing.evaluated_get(exporter.graph).matrix_world, np.float64)
 
-    def need_no_motion(self, exporter, frame, part, remedy):
-        """`part` of the matrix must be as at the first frame, because the program moves no emitter."""
-        moved = np.abs(self.matrix_at(exporter) - self.matrix)[part].max()
-        if moved > MOVED * max(1, np.abs(self.matrix[:3, 3]).max()):
-            raise Problem(f"'{self.thing.name}' moves at frame {frame}, but emitters stay where they are at the first "
-                          f"frame: {remedy}")
+    def speed_at(self, exporter):
+        """m/s"""
+        return number(self.thing.evaluated_get(exporter.graph).drench.emitter_speed)
+
+    def keyframes(self, values):
+        """The value of every frame as keyframes."""
+        return [[k / self.times.fps, value] for k, value in enumerate(values)]
+
+    def need_speed(self, speeds):
+        if max(speeds) == 0:
+            raise Problem(f"'{self.thing.name}' has a speed of zero: increase its speed, or remove its role")
 
     def range(self):
         """Keys `start` and `end`, s, of an emitter with a limited range of frames."""
@@ -276,7 +281,10 @@ class Rain(Emitter):
                      "diameter": number(self.own.emitter_drop)}
 
     def later(self, exporter, frame):
-        self.need_no_motion(exporter, frame, np.s_[:3], "remove the animation of its location, rotation and scale")
+        moved = np.abs(self.matrix_at(exporter) - self.matrix)[:3].max()
+        if moved > MOVED * max(1, np.abs(self.matrix[:3, 3]).max()):
+            raise Problem(f"'{self.thing.name}' moves at frame {frame}, but rain stays where it is at the first frame: "
+                          "remove the animation of its location, rotation and scale")
         if number(self.thing.evaluated_get(exporter.graph).drench.emitter_rate) != self.rain["rate"]:
             raise Problem(f"'{self.thing.name}' has another rate at frame {frame}, but the rate of rain is constant: "
                           "remove its animation, or use several emitters with limited frames")
@@ -287,19 +295,22 @@ class Rain(Emitter):
 
 
 class Nozzle(Emitter):
-    """Its speed and its rotation may be animated."""
+    """A round nozzle, whose speed, location and rotation may be animated."""
 
     def first(self, exporter):
         self.matrix = matrix = self.matrix_at(exporter)
-        self.center = exporter.unit * matrix[:3, 3]
-        radius = number(exporter.unit * self.own.emitter_radius)
-        self.box = self.center - radius, self.center + radius
-        self.radius, self.times = radius, exporter.times
+        self.centers = [exporter.unit * matrix[:3, 3]]
+        self.radius, self.times = number(exporter.unit * self.own.emitter_radius), exporter.times
         self.velocities = [self._velocity(exporter, matrix)]
 
     def later(self, exporter, frame):
-        self.need_no_motion(exporter, frame, np.s_[:3, 3], "remove the animation of its location; rotation is possible")
-        self.velocities.append(self._velocity(exporter, self.matrix_at(exporter)))
+        matrix = self.matrix_at(exporter)
+        self.centers.append(exporter.unit * matrix[:3, 3])
+        self.velocities.append(self._velocity(exporter, matrix))
+
+    @property
+    def box(self):
+        return np.min(self.centers, 0) - self.radius, np.max(self.centers, 0) + self.radius
 
     def _velocity(self, exporter, matrix):
         """m/s"""
@@ -307,19 +318,57 @@ class Nozzle(Emitter):
         length = np.linalg.norm(axis)
         if length == 0:
             raise Problem(f"'{self.thing.name}' has a scale of zero: give it another scale")
-        return number(self.thing.evaluated_get(exporter.graph).drench.emitter_speed) * axis / length
+        return self.speed_at(exporter) * axis / length
 
     @property
     def entry(self):
-        jet = {"center": self.center.tolist(), "radius": self.radius}
-        speed = max(np.linalg.norm(velocity) for velocity in self.velocities)
-        if speed == 0:
-            raise Problem(f"'{self.thing.name}' has a speed of zero: increase its speed, or remove its role")
-        if max(np.abs(velocity - self.velocities[0]).max() for velocity in self.velocities) <= MOVED * speed:
+        jet = {"center": self.centers[0].tolist(), "radius": self.radius}
+        speeds = np.linalg.norm(self.velocities, axis=1)
+        self.need_speed(speeds)
+        if np.abs(np.subtract(self.velocities, self.velocities[0])).max() <= MOVED * max(speeds):
             jet["velocity"] = self.velocities[0].tolist()
         else:
-            jet["velocity"] = [[k / self.times.fps, velocity.tolist()] for k, velocity in enumerate(self.velocities)]
+            jet["velocity"] = self.keyframes(velocity.tolist() for velocity in self.velocities)
+        offsets = np.subtract(self.centers, self.centers[0])
+        if np.abs(offsets).max() > MOVED * max(1, np.abs(self.centers).max()):
+            jet["motion"] = {"offset": self.keyframes(offsets.tolist())}
         return {"jet": {**jet, **self.range()}}
+
+
+class Faces(Emitter):
+    """The faces of a mesh, which may move and change its shape. Its speed may be animated."""
+
+    def first(self, exporter):
+        mesh = exporter.mesh(self.thing)
+        mesh.need_faces(self.thing)
+        keep = meshes.has_area(mesh.points, mesh.triangles)
+        self.used, numbers = np.unique(mesh.triangles[keep], return_inverse=True)
+        if len(self.used) == 0:
+            raise Problem(f"'{self.thing.name}': all faces have an area of zero: correct its scale or its mesh")
+        self.mesh, self.box, self.times = mesh, mesh.box(), exporter.times
+        self.files = Sequence(exporter.folder, text.file_name("emitter", self.number, self.thing.name),
+                              mesh.points[self.used], numbers.reshape(-1, 3))
+        self.speeds = [self.speed_at(exporter)]
+
+    def later(self, exporter, frame):
+        mesh = exporter.mesh(self.thing)
+        if len(mesh.points) != len(self.mesh.points) or not np.array_equal(mesh.triangles, self.mesh.triangles):
+            raise Problem(f"'{self.thing.name}' has other vertices or faces at frame {frame} than at frame "
+                          f"{exporter.times.first}: remove the modifier or animation that changes them")
+        self.files.add(mesh.points[self.used])
+        self.speeds.append(self.speed_at(exporter))
+        low, high = mesh.box()
+        self.box = np.minimum(self.box[0], low), np.maximum(self.box[1], high)
+
+    def finish(self):
+        self.files.finish()
+
+    @property
+    def entry(self):
+        self.need_speed(self.speeds)
+        constant = min(self.speeds) == max(self.speeds)
+        return {"mesh_jet": {**(self.files.keys(self.times.fps) if self.files.moves else {"file": self.files.first()}),
+                             "speed": self.speeds[0] if constant else self.keyframes(self.speeds), **self.range()}}
 
 
 class Collider(Part):

@@ -176,6 +176,42 @@ class Export(support.BlenderCase):
         np.testing.assert_allclose([keys[0][1], keys[-1][1]], [[0, 0, -2], [-1, 0, 0]], atol=1e-6)
         self.assertAlmostEqual(keys[-1][0], 4 / 24)
 
+    def test_moving_emitter(self):
+        """The location becomes keyframes of the displacement."""
+        nozzle = stage.add("Tap", None, (0, 0, 0.5))
+        nozzle.drench.role, self.scene.frame_end = "EMITTER", 5
+        for frame, x in ((1, 0), (5, 0.4)):
+            nozzle.location.x = x
+            nozzle.keyframe_insert("location", frame=frame)
+        self.export()
+        text = (self.folder / "scene.yaml").read_text()
+        self.assertIn("velocity: [0.0, 0.0, -1.0], motion: {offset: [[", text.replace("-0.0", "0.0"))
+        keys = json.loads(text[text.index("offset: [[") + 8:text.index("]]]") + 3])
+        self.assertEqual(len(keys), 5)
+        np.testing.assert_allclose([keys[0][1], keys[-1][1]], [[0, 0, 0], [0.4, 0, 0]], atol=1e-6)
+        self.assertAlmostEqual(keys[-1][0], 4 / 24)
+        self.check()
+
+    def test_emitter_of_faces(self):
+        """A plane that stands still is a file, one that moves a sequence."""
+        self.scene.frame_end = 5
+        for name, x in (("Still", -1), ("Moving", 1)):
+            plane = stage.grid(name, (0.4, 0.2), (1, 1), (x, 0, 0.5))
+            plane.drench.role, plane.drench.emitter_shape, plane.drench.emitter_speed = "EMITTER", "FACES", 1.5
+        plane.keyframe_insert("rotation_euler", frame=1)
+        plane.rotation_euler.x, plane.drench.emitter_speed = 1, 0.5
+        plane.keyframe_insert("rotation_euler", frame=5)
+        plane.drench.keyframe_insert("emitter_speed", frame=5)
+        plane.drench.emitter_speed = 1.5
+        plane.drench.keyframe_insert("emitter_speed", frame=1)
+        self.export()
+        text = (self.folder / "scene.yaml").read_text()
+        self.assertIn('mesh_jet: {file: "meshes/emitter_1_Still_000000.ply", speed: 1.5}', text)
+        self.assertRegex(text, r'mesh_jet: \{sequence: "meshes/emitter_0_Moving_\{:06d\}\.ply", fps: 24\.0, '
+                         r"speed: \[\[0\.0, 1\.5\], ")
+        self.assertEqual(len(list((self.folder / "meshes").glob("emitter_*.ply"))), 6)
+        self.check()
+
     def test_hidden_objects_are_evaluated(self):
         """Hidden objects move as visible ones do, and stay hidden."""
         self.sheet()
@@ -270,12 +306,13 @@ class Check(support.BlenderCase):
             self.sheet()
             self.scene.frame_start = self.scene.frame_end = 5
 
-        def moving_emitter(_):
-            nozzle = stage.add("Tap", None)
-            nozzle.drench.role = "EMITTER"
-            nozzle.keyframe_insert("location", frame=1)
-            nozzle.location.x = 1
-            nozzle.keyframe_insert("location", frame=5)
+        def still_faces(_):
+            plane = stage.grid("Slot", (1, 1), (1, 1))
+            plane.drench.role, plane.drench.emitter_shape, plane.drench.emitter_speed = "EMITTER", "FACES", 0
+
+        def no_emitting_faces(_):
+            stage.add("Rose", None).drench.role = "EMITTER"
+            self.bpy.data.objects["Rose"].drench.emitter_shape = "FACES"
 
         def moving_rain(_):
             cloud = stage.grid("Cloud", (1, 1), (1, 1))
@@ -339,7 +376,8 @@ class Check(support.BlenderCase):
                  (no_faces, "'Points' has no faces"), (flat, "'Sheet': all faces have an area of zero"),
                  (no_group, "'Sheet' has no vertex group 'None such'"),
                  (empty_group, "'Sheet': no vertex has a weight"),
-                 (short, "the frame range 5 to 5 is too short"), (moving_emitter, "'Tap' moves at frame"),
+                 (short, "the frame range 5 to 5 is too short"), (still_faces, "'Slot' has a speed of zero"),
+                 (no_emitting_faces, "'Rose' has no mesh"),
                  (moving_rain, "'Cloud' moves at frame"), (changing_rain, "'Cloud' has another rate at frame"),
                  (changing_collider, "'Sliced' "), (open_liquid, "'Puddle': the mesh "),
                  (levels, "'Sheet': the modifier Fine has other levels"),

@@ -73,7 +73,8 @@ class Manifest(unittest.TestCase):
 
 
 class Messages(unittest.TestCase):
-    names = problem.Names(["Towel", "Napkin"], ["Floor", "Hand"], ["Bath", "Bath", "Tap"], ["Bath", "Bath"], ["Tap"])
+    names = problem.Names(["Towel", "Napkin"], ["Floor", "Hand"], ["Bath", "Bath", "Tap"], ["Bath", "Bath"], ["Tap"],
+                          mesh_jets=["Rose"])
 
     def test_names(self):
         for line, wanted in (
@@ -81,6 +82,7 @@ class Messages(unittest.TestCase):
                 ("scene.yaml: bodies.0.mesh: not closed", "'Floor' mesh: not closed"),
                 ("warning: body 2: its thickness 0.01 m", "warning: 'Hand': its thickness 0.01 m"),
                 ("x.yaml:4:33: fluid.sources: fluid: jet 1: the radius is small", "'Tap': the radius is small"),
+                ("x.yaml: fluid.sources: fluid: mesh_jet 1: its faces are small", "'Rose': its faces are small"),
                 ("warning: fluid: blocks 1, 2 overlap", "warning: fluid: 'Bath' overlap"),
                 ("drench: body 7: x", "body 7: x"), ("warning: cloth 'Towel': x", "warning: cloth 'Towel': x")):
             self.assertEqual(problem.with_names(line, self.names), wanted)
