@@ -340,9 +340,9 @@ class SPlisHSPlasH(Scenes):
         velocity = json.loads(self.value(folder, "velocity"))
         self.assertAlmostEqual(velocity[1], -2, delta=1e-9)
         self.assertAlmostEqual(velocity[0], 0, delta=1e-9)
-        self.assertIn(f"radius: {0.05 * math.sqrt(32 / math.pi):.10g}, velocity: [1, 0, 0], start: 0, end: {5000 / 32 * 0.05:.10g}",
+        self.assertIn(f"size: [0.4, 0.2], up: [0, 1, 0], velocity: [1, 0, 0], start: 0, end: {5000 / 32 * 0.05:.10g}",
                       scene.read_text())
-        self.assertIn("Emitter of type 0", said)
+        self.assertNotIn("Emitter of type 0", said)
 
     def test_refusals(self):
         broken = self.text().replace('"cflMethod": 1,', '"cflMethod": 1')

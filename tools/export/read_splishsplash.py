@@ -302,13 +302,14 @@ class Importer:
             fail(f"{section.where('type')}: {section.name}.type: {kind} is unknown; allowed: 0 (box), 1 (circle)")
         if speed <= 0 or width < 1 or height < 1:
             fail(f"{section.where()}: {section.name}: needs a width, a height and a velocity above 0; correct it")
+        matrix = rotation(section.vector("rotationAxis", (0, 0, 1)), section.number("rotationAngle", 0.0))
         if kind == 0:
-            radius, layer = d * math.sqrt(width * height / math.pi), width * height
-            self.missing.add("emitters are round; a nozzle of the same area is used", "Emitter of type 0", section.line())
+            radius, layer = 0.5 * d * math.hypot(width, height), width * height
+            mouth = {"size": [width * d, height * d], "up": list(turned(matrix, (0.0, 1.0, 0.0)))}
         else:
             radius = 0.5 * width * d
+            mouth = {"radius": max(radius, 0.5 * d)}
             layer = sum(math.hypot(i - (width - 1) / 2, j - (width - 1) / 2) * d <= radius for i in range(width) for j in range(width))
-        matrix = rotation(section.vector("rotationAxis", (0, 0, 1)), section.number("rotationAngle", 0.0))
         direction = turned(matrix, (1.0, 0.0, 0.0))
         start, end = max(section.number("emitStartTime", 0.0), 0.0), section.number("emitEndTime", 1e6)
         material = self.materials.get(section.text("id", "Fluid"))
@@ -324,8 +325,7 @@ class Importer:
         center = section.vector("translation", (0, 0, 0))
         reach = times((radius,) * 3, 1.0)
         self.extent += [minus(center, reach), add(center, reach)]
-        return [{"jet": {"center": list(center), "radius": max(radius, 0.5 * d), "velocity": list(times(direction, speed)),
-                         "start": start, "end": end}}]
+        return [{"jet": {"center": list(center), **mouth, "velocity": list(times(direction, speed)), "start": start, "end": end}}]
 
     # Solids.
 
