@@ -127,7 +127,7 @@ void describe_nozzle_spin(Section& s, NozzleMotionScene& motion) {
   if (given) motion.center = center;
 }
 
-/// Between two times the motion is as bodies have it.
+/// The motion that bodies can have, without an end.
 void describe_motion(Section& s, NozzleMotionScene& motion) {
   s.one_line();
   s.numbers("velocity", motion.velocity, speed_range, "m/s", "prescribed velocity of the emitter, from 0 s");

@@ -155,9 +155,9 @@ struct Mouth {
   PinMotion motion;                       // of a mouth that moves as a whole; `center` as Jet::scene has it, or its own
   std::vector<std::vector<Vec3>> points;  // m: of each file; empty: Jet::offsets, as a whole
   std::vector<std::vector<Vec3>> directions;  // unit: of the liquid of each point; empty: along the jet's axis
-  std::vector<std::vector<double>> flow;      // m²: running sums of what the points emit for; empty: all the same
+  std::vector<std::vector<double>> flow;      // 1: running sums of what the points emit; empty: all the same
   double fps = 24;                            // files per second
-  std::int64_t stride = 1;                    // the next particle leaves so many parts of the flow further on
+  std::int64_t stride = 1;                    // the next particle leaves from the point so many further on
   Keyed<double> area;                         // m²: flow over speed
   /// m³ that have come out by the times (s) between which the flow is smooth.
   struct Volumes {
