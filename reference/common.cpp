@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "stages/jets.hpp"
 #include "state/film.hpp"
 
 namespace drench::reference {
@@ -69,6 +70,7 @@ double emission_ramp(const Model& model) {
 }
 
 double source_ramp(const HostState& s, Index i, double ramp) {
+  if (s.fluid_origin[i] == static_cast<std::uint8_t>(Origin::mouth)) return std::min(1.0, s.fluid_age[i] / mouth_ramp);
   if (s.fluid_origin[i] != static_cast<std::uint8_t>(Origin::cloth) || ramp <= 0) return 1;
   return std::min(1.0, s.fluid_age[i] / ramp);
 }

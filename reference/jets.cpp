@@ -139,7 +139,7 @@ void let_go_moving(ReferenceState& state, const Jet& jet, std::int64_t& q, const
   for (; (static_cast<double>(q) + 0.5) * volume <= out; ++q) {
     const double time = mouth.time_of((static_cast<double>(q) + 0.5) * volume, info.time, now);
     const auto [x, v] = mouth.leaving(q, time);
-    append_particle(state.s, state.model, {arr(x + (now - time) * v), arr(v), jet.mass, Origin::jet, jet.solute});
+    append_particle(state.s, state.model, {arr(x + (now - time) * v), arr(v), jet.mass, Origin::mouth, jet.solute});
     state.s.supplied += jet.mass;
     state.s.solute_supplied += jet.solute;
   }

@@ -84,7 +84,7 @@ HostState checked_state(const Model& m, const HostState& state) {
     if (s.fluid_id[i] < 0 || s.fluid_id[i] >= s.next_id)
       refuse("fluid_id", i, fmt::format("{}; allowed: 0 to next_id − 1 = {}", s.fluid_id[i], s.next_id - 1));
   }
-  const auto last = static_cast<std::uint8_t>(Origin::program);
+  const auto last = static_cast<std::uint8_t>(Origin::mouth);
   for (std::size_t i = 0; i < s.fluid_origin.size(); ++i)
     if (s.fluid_origin[i] > last)
       refuse("fluid_origin", i, fmt::format("{}; allowed: 0 to {}", s.fluid_origin[i], last));

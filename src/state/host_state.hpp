@@ -16,6 +16,7 @@ enum class Origin : std::uint8_t {
   jet = 1,      ///< a jet
   cloth = 2,    ///< emitted by a cloth
   program = 3,  ///< added by a program
+  mouth = 4,    ///< an emitter that moves or is a mesh
 };
 
 /// Everything that changes during a run, as named arrays in double precision: the one exchange format between set-up,

@@ -100,14 +100,14 @@ bool enter(const Constants& constants, const Jet& jet, Index count, ParticleSet&
 }
 
 KOKKOS_INLINE_FUNCTION Particle new_particle(const Real3& position, const Real3& velocity, Quanta mass, Quanta solute,
-                                             std::int64_t id) {
+                                             std::int64_t id, Origin origin) {
   Particle p;
   p.position = position;
   p.velocity = velocity;
   p.mass = mass;
   p.solute = solute;
   p.id = id;
-  p.origin = static_cast<std::uint8_t>(Origin::jet);
+  p.origin = static_cast<std::uint8_t>(origin);
   return p;
 }
 
@@ -130,8 +130,8 @@ void from_lattice(const Constants& constants, const Jet& jet, const Array<Real3>
       "drench::jets::particles", count, KOKKOS_LAMBDA(const Index k) {
         Real3 o = offsets((first_offset + k) % size);
         if (turns) o = {dot(turn[0], o), dot(turn[1], o), dot(turn[2], o)};
-        all.store(first + k,
-                  new_particle(center + o + Real(ahead - k * between) * unit, velocity, mass, solute, id + k));
+        all.store(first + k, new_particle(center + o + Real(ahead - k * between) * unit, velocity, mass, solute, id + k,
+                                          Origin::jet));
       });
   particles.count = first + count;
 }
@@ -152,7 +152,7 @@ void from_mouth(const Constants& constants, const Jet& jet, Array<Real3>& leavin
   const Quanta mass = jet.mass, solute = jet.solute;
   parallel(
       "drench::jets::leaving", count, KOKKOS_LAMBDA(const Index k) {
-        all.store(first + k, new_particle(from(2 * k), from(2 * k + 1), mass, solute, id + k));
+        all.store(first + k, new_particle(from(2 * k), from(2 * k + 1), mass, solute, id + k, Origin::mouth));
       });
   particles.count = first + count;
 }
