@@ -355,7 +355,9 @@ EmittingFaces emitting_faces(const std::vector<std::string>& files, const std::s
     faces.directions.push_back(std::move(normals));
     faces.flow.push_back(std::move(flow));
   }
-  if (scene.direction) faces.directions.clear();
+  if (scene.direction)
+    for (std::vector<Vec3>& directions : faces.directions)
+      directions.assign(directions.size(), to_vec3(to_eigen(*scene.direction).normalized()));
   if (placed.size() == 1) faces.flow.clear();
   return faces;
 }

@@ -150,7 +150,8 @@ Leaving leaving_particle(const Jet& jet, std::int64_t k, double time) {
   const std::size_t points = jet.mouth->points.empty() ? jet.offsets.size() : jet.mouth->points.front().size(),
                     p = point_of(*jet.mouth, points, k, time);
   Leaving particle = point_at(jet, p, time);
-  particle.velocity = to_vec3(to_eigen(particle.velocity) + jet.speed.at(time) * direction_at(jet, p, time));
+  const double haste = jet.mouth->directions.empty() ? 1 : faces_haste;
+  particle.velocity = to_vec3(to_eigen(particle.velocity) + haste * jet.speed.at(time) * direction_at(jet, p, time));
   return particle;
 }
 
@@ -179,14 +180,15 @@ std::vector<double> times_of_mouth(const Jet& jet, double end) {
 double fastest_leaving(const Jet& jet, double from, double to) {
   if (!jet.mouth) return jet.has_keys() ? jet.speed.largest(from, to) : jet.scene.velocity.largest();
   const PinMotion& motion = jet.mouth->motion;
-  return jet.speed.largest(from, to) + motion.velocity.largest(from, to) + motion.path.largest_derivative(from, to) +
-         motion.rate.largest(from, to) * motion.reach + jet.mouth->fastest_file;
+  return faces_haste * jet.speed.largest(from, to) + motion.velocity.largest(from, to) +
+         motion.path.largest_derivative(from, to) + motion.rate.largest(from, to) * motion.reach +
+         jet.mouth->fastest_file;
 }
 
 double fastest_leaving(const Jet& jet) {
   if (!jet.mouth) return jet.scene.velocity.largest();
   const PinMotion& motion = jet.mouth->motion;
-  return jet.speed.largest() + motion.velocity.largest() + motion.path.largest_derivative() +
+  return faces_haste * jet.speed.largest() + motion.velocity.largest() + motion.path.largest_derivative() +
          motion.rate.largest() * motion.reach + jet.mouth->fastest_file;
 }
 

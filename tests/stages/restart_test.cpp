@@ -88,7 +88,8 @@ Happened expect_the_same_bits(MakeBackend make, const std::string& scene, int st
     if (pipeline.time() >= frames * frame - 1e-9) ++frames;
     for (const auto origin : state.fluid_origin) {
       happened.fresh = happened.fresh || origin == static_cast<std::uint8_t>(Origin::cloth);
-      happened.jets = happened.jets || origin == static_cast<std::uint8_t>(Origin::jet);
+      happened.jets = happened.jets || origin == static_cast<std::uint8_t>(Origin::jet) ||
+                      origin == static_cast<std::uint8_t>(Origin::mouth);
     }
     happened.drained = happened.drained || state.drained > 0;
     happened.supplied = happened.supplied || state.supplied > setup.state.supplied;

@@ -28,6 +28,7 @@ struct Jet {
 struct Mouth {
   std::string name, source;
   double area;
+  double haste = 1;  // of its liquid over the speed that the flow has
 };
 
 Mouth disc(double radius, double speed) {
@@ -47,7 +48,7 @@ Mouth faces(double across, double up, double speed) {
   const std::string file = own_file("mouth.obj");
   std::ofstream(file) << fmt::format("v 0 0 0\nv 0 {} 0\nv 0 0 {}\nf 1 2 3\n", up, across);
   return {fmt::format("a mesh of {:.1f} d by {:.1f} d", across / spacing, up / spacing),
-          fmt::format("mesh_jet: {{file: {}, speed: {}", file, speed), 0.5 * across * up};
+          fmt::format("mesh_jet: {{file: {}, speed: {}", file, speed), 0.5 * across * up, 1.05};
 }
 
 /// A jet without gravity from 0.013 s to `end`, for half a second. `moving`: the speed that its nozzle adds across x.
@@ -70,7 +71,8 @@ fluid:
     jet.mass = std::max(jet.mass, std::fabs(kilograms(run.model(), s.supplied) - expected) / run.model().particle_mass);
     for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
       const Vec3& v = s.fluid_velocity[i];
-      jet.speed = std::max(jet.speed, std::fabs(std::hypot(v[0], v[1], v[2]) / std::hypot(speed, moving) - 1));
+      jet.speed =
+          std::max(jet.speed, std::fabs(std::hypot(v[0], v[1], v[2]) / std::hypot(mouth.haste * speed, moving) - 1));
       if (s.fluid_position[i][0] < 0.1) jet.crowded = std::max(jet.crowded, s.fluid_density_ratio[i] - 1);
     }
   }
