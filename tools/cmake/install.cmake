@@ -31,7 +31,7 @@ endif()
 install(TARGETS drench_embed drench_core drench_reference drench_kokkos EXPORT drench-targets ARCHIVE)
 # What <drench/drench.hpp> includes: no more of src/ is public.
 install(FILES src/drench/drench.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/drench)
-foreach(header base/types base/keyed parallel/communicator pipeline/runtime pipeline/step_report scene/liquid scene/load scene/material scene/scene scene/scene_error setup/setup_error
+foreach(header base/types base/keyed parallel/communicator pipeline/runtime pipeline/step_report scene/liquid scene/load scene/material scene/motion scene/scene scene/scene_error setup/setup_error
     state/field_view state/fields state/host_state)
   cmake_path(GET header PARENT_PATH folder)
   install(FILES src/${header}.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/drench/${folder})
