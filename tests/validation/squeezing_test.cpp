@@ -65,7 +65,7 @@ TEST(squeezing, pad_between_plates_keeps_what_its_thickness_leaves) {
   for (const double room : {0.8, 0.6, 0.45}) {
     SCOPED_TRACE(room);
     SceneRun run(pad(room, 9));
-    run_until(run, 2.5);
+    run_until(run, 3.5);
     const HostState s = run.state();
     const Kept end = kept(run.model(), s);
     const double pressure = compression * (1 - room) / (room - (1 - compressibility));
