@@ -71,7 +71,7 @@ class MovingMouth {
   /// Particle q, which leaves at a time.
   std::pair<Vector3d, Vector3d> leaving(std::int64_t q, double time) const {
     const std::size_t p = point_of(q, time);
-    const double speed = (mouth_.directions.empty() ? 1 : faces_haste) * jet_.speed.at(time);
+    const double speed = (mouth_.directions.empty() ? 1 : faces_speed_factor) * jet_.speed.at(time);
     if (!mouth_.points.empty()) {
       const auto [file, part] = file_at(time);
       const Vector3d first = vec(mouth_.points[file][p]);

@@ -86,9 +86,8 @@ class Simulation {
   /// @param jet its number among the scene's jets, from 0
   /// @param velocity m/s; 0 closes the jet until another velocity opens it
   /// @param center m; without one it stays where it is
-  /// @throws std::invalid_argument for a jet that there is not or that moves (it can be closed), or a number that is
-  /// not
-  ///   finite
+  /// @throws std::invalid_argument for a jet that there is not, one that moves (it can only be closed), or a number
+  ///   that is not finite
   /// @throws SetupError for a centre outside the domain
   void set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center = std::nullopt);
   /// The number of a body of this name, from 0.

@@ -84,30 +84,16 @@ void describe_particles(Section& s, BlockScene& block) {
   describe_content(s, block);
 }
 
-void describe(Section& s, RainScene& rain) {
-  s.one_line();
-  s.required().numbers("center", rain.center, coordinate_range, "m", "centre of the rectangle, inside the domain");
-  s.required().numbers(
-      "size", rain.size, "[1e-6, 10000]", "m",
-      "side lengths of the rectangle: along x and z if gravity acts along y, otherwise along the two axes across it");
-  s.number("rate", rain.rate, "[1e-6, 1e6]", "mm/h", "depth of water per hour on level ground; heavy rain: 10 to 50");
-  s.number("diameter", rain.diameter, "[1e-5, 0.01]", "m",
-           "diameter of a drop; particles that would be too light for it contain several drops");
-  Vec3 velocity = rain.velocity.value_or(Vec3{0, 0, 0});
-  const bool given = s.has("velocity") || rain.velocity;
-  s.saved_if(rain.velocity.has_value())
-      .numbers("velocity", velocity, speed_range, "m/s",
-               "velocity of the drops; without this key the terminal speed of the diameter, along gravity");
-  if (given) rain.velocity = velocity;
-  if (s.has("velocity")) check_not_zero(s, "velocity", velocity);
-  s.number("start", rain.start, "[0, 1e6]", "s", "time at which the rain starts");
-  s.number("end", rain.end, "[0, inf]", "s", "time at which the rain stops; after `start`");
-  s.number("concentration", rain.concentration, concentration_range, "kg/kg",
-           "mass fraction of the solute (such as dye or detergent)");
-  check_end_after_start(s, "the rain", rain.start, rain.end);
+/// A vector without a default: absent, it stays empty.
+void vector(Section& s, const char* key, std::optional<Vec3>& value, const char* range, const char* unit,
+            const char* meaning) {
+  Vec3 given = value.value_or(Vec3{0, 0, 0});
+  const bool present = s.has(key) || value;
+  s.saved_if(value.has_value()).numbers(key, given, range, unit, meaning);
+  if (present) value = given;
 }
 
-/// Of every emitter.
+/// What every emitter has.
 template <class Emitter>
 void describe_flow(Section& s, Emitter& emitter, const char* what) {
   s.number("start", emitter.start, "[0, 1e6]", "s", "time at which the flow starts");
@@ -117,14 +103,25 @@ void describe_flow(Section& s, Emitter& emitter, const char* what) {
   check_end_after_start(s, what, emitter.start, emitter.end);
 }
 
+void describe(Section& s, RainScene& rain) {
+  s.one_line();
+  s.required().numbers("center", rain.center, coordinate_range, "m", "centre of the rectangle, inside the domain");
+  s.required().numbers(
+      "size", rain.size, "[1e-6, 10000]", "m",
+      "side lengths of the rectangle: along x and z if gravity acts along y, otherwise along the two axes across it");
+  s.number("rate", rain.rate, "[1e-6, 1e6]", "mm/h", "depth of water per hour on level ground; heavy rain: 10 to 50");
+  s.number("diameter", rain.diameter, "[1e-5, 0.01]", "m",
+           "diameter of a drop; particles that would be too light for it contain several drops");
+  vector(s, "velocity", rain.velocity, speed_range, "m/s",
+         "velocity of the drops; without this key the terminal speed of the diameter, along gravity");
+  if (rain.velocity) check_not_zero(s, "velocity", *rain.velocity);
+  describe_flow(s, rain, "the rain");
+}
+
 void describe_nozzle_spin(Section& s, NozzleMotionScene& motion) {
   describe(s, motion.spin);
-  Vec3 center = motion.center.value_or(Vec3{0, 0, 0});
-  const bool given = s.has("center") || motion.center;
-  s.saved_if(motion.center.has_value())
-      .numbers("center", center, coordinate_range, "m",
-               "centre of rotation; moves with the emitter; without this key the centre of the emitter");
-  if (given) motion.center = center;
+  vector(s, "center", motion.center, coordinate_range, "m",
+         "centre of rotation; moves with the emitter; without this key the centre of the emitter");
 }
 
 /// The motion that bodies can have, without an end.
@@ -159,14 +156,10 @@ void describe(Section& s, MeshJetScene& jet) {
                       "speed of the liquid relative to the faces; 0 is allowed in keyframes only");
   s.check(jet.speed.largest() > 0, "speed",
           "is 0 at all times, so the emitter never flows; allowed: a number above 0, or keyframes with one");
-  Vec3 direction = jet.direction.value_or(Vec3{0, 0, 0});
-  const bool given = s.has("direction") || jet.direction;
-  s.saved_if(jet.direction.has_value())
-      .numbers("direction", direction, direction_range, "1",
-               "direction of the liquid, from the faces that look that way; its length does not matter; without this "
-               "key along the normals, for which the corners of a face are counter-clockwise");
-  if (given) jet.direction = direction;
-  if (s.has("direction")) check_not_zero(s, "direction", direction);
+  vector(s, "direction", jet.direction, direction_range, "1",
+         "direction of the liquid, from the faces that look that way; its length does not matter; without this key "
+         "along the normals, for which the corners of a face are counter-clockwise");
+  if (jet.direction) check_not_zero(s, "direction", *jet.direction);
   describe_motion_of(s, jet.motion);
   s.check(!s.has("sequence") || !s.has("motion"), "motion",
           "cannot be combined with sequence, which sets the motion; allowed: one of the two");
@@ -229,14 +222,10 @@ void describe(Section& s, JetScene& jet) {
   s.required().numbers(
       "velocity", jet.velocity, speed_range, "m/s",
       "velocity of the liquid, along the nozzle's axis; 0 is allowed in keyframes only and closes the nozzle");
-  Vec3 up = jet.up.value_or(Vec3{0, 1, 0});
-  const bool given = s.has("up") || jet.up;
-  s.saved_if(jet.up.has_value())
-      .numbers("up", up, direction_range, "1",
-               "direction of the second side of a rectangular nozzle, of which the part across the velocity counts; "
-               "without this key y, or z if the velocity is vertical");
-  if (given) jet.up = up;
-  if (s.has("up")) check_not_zero(s, "up", up);
+  vector(s, "up", jet.up, direction_range, "1",
+         "direction of the second side of a rectangular nozzle, of which the part across the velocity counts; without "
+         "this key y, or z if the velocity is vertical");
+  if (jet.up) check_not_zero(s, "up", *jet.up);
   s.check(jet.shape == Shape::rectangle || !s.has("up"), "up",
           "applies only to a rectangular nozzle; allowed: only with size");
   describe_motion_of(s, jet.motion);

@@ -3,8 +3,8 @@
 //
 // Law:    docs/theory/liquid.md, Where liquid comes from (Eqs. 28 to 29f); docs/theory/keys.md, Jets.
 // Reads:  Model::jets, time (s), jet_particles.
-// Writes: fluid_* (appended with ids in order, age 0, Origin::jet or mouth, Jet::mass), next_id, jet_particles, supplied
-//         (quanta).
+// Writes: fluid_* (appended with ids in order, age 0, Origin::jet or mouth, Jet::mass), next_id, jet_particles,
+//         supplied (quanta).
 // Solute: goes along with its liquid (docs/theory/solute.md): fluid_solute, solute_supplied (quanta).
 // Errors: none.
 

@@ -150,8 +150,8 @@ Leaving leaving_particle(const Jet& jet, std::int64_t k, double time) {
   const std::size_t points = jet.mouth->points.empty() ? jet.offsets.size() : jet.mouth->points.front().size(),
                     p = point_of(*jet.mouth, points, k, time);
   Leaving particle = point_at(jet, p, time);
-  const double haste = jet.mouth->directions.empty() ? 1 : faces_haste;
-  particle.velocity = to_vec3(to_eigen(particle.velocity) + haste * jet.speed.at(time) * direction_at(jet, p, time));
+  const double factor = jet.mouth->directions.empty() ? 1 : faces_speed_factor;
+  particle.velocity = to_vec3(to_eigen(particle.velocity) + factor * jet.speed.at(time) * direction_at(jet, p, time));
   return particle;
 }
 
@@ -180,7 +180,7 @@ std::vector<double> times_of_mouth(const Jet& jet, double end) {
 double fastest_leaving(const Jet& jet, double from, double to) {
   if (!jet.mouth) return jet.has_keys() ? jet.speed.largest(from, to) : jet.scene.velocity.largest();
   const PinMotion& motion = jet.mouth->motion;
-  return faces_haste * jet.speed.largest(from, to) + motion.velocity.largest(from, to) +
+  return faces_speed_factor * jet.speed.largest(from, to) + motion.velocity.largest(from, to) +
          motion.path.largest_derivative(from, to) + motion.rate.largest(from, to) * motion.reach +
          jet.mouth->fastest_file;
 }
@@ -188,7 +188,7 @@ double fastest_leaving(const Jet& jet, double from, double to) {
 double fastest_leaving(const Jet& jet) {
   if (!jet.mouth) return jet.scene.velocity.largest();
   const PinMotion& motion = jet.mouth->motion;
-  return faces_haste * jet.speed.largest() + motion.velocity.largest() + motion.path.largest_derivative() +
+  return faces_speed_factor * jet.speed.largest() + motion.velocity.largest() + motion.path.largest_derivative() +
          motion.rate.largest() * motion.reach + jet.mouth->fastest_file;
 }
 

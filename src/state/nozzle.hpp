@@ -11,7 +11,7 @@ namespace drench {
 
 /// Liquid leaves faces faster than their flow over their area by so much: their points lie in no lattice, and a stream
 /// that is denser than at rest anywhere would burst.
-inline constexpr double faces_haste = 1.05;
+inline constexpr double faces_speed_factor = 1.05;
 
 /// Mouth::volumes of a jet that has all else.
 Mouth::Volumes volumes_at_keys(const Jet& jet);

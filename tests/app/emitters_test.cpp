@@ -114,7 +114,7 @@ TEST_F(Faces, EmitForTheirAreaFromEvenPoints) {
   const auto particles = static_cast<std::int64_t>(20 * jet.offsets.size());
   for (std::int64_t k = 0; k < particles; ++k) {
     const Leaving p = leaving_particle(jet, k, 0.1);
-    EXPECT_EQ(p.velocity, (Vec3{0, 1.5 * faces_haste, 0}));
+    EXPECT_EQ(p.velocity, (Vec3{0, 1.5 * faces_speed_factor, 0}));
     for (std::size_t i = 0; i < jet.offsets.size(); ++i)
       if ((to_eigen(p.position) - to_eigen(jet.scene.center) - to_eigen(jet.offsets[i])).norm() < 1e-12) ++times[i];
   }
@@ -127,7 +127,7 @@ TEST_F(Faces, EmitAlongADirectionWhatIsSeenAlongIt) {
   const drench::Setup setup = build(tilted);
   EXPECT_NEAR(setup.model.jets.at(0).area, 0.8 * 0.06, 1e-15);
   const Leaving p = leaving_particle(setup.model.jets.at(0), 5, 0);
-  EXPECT_LT((to_eigen(p.velocity) - 1.5 * faces_haste * Vector3d(0.6, 0.8, 0)).norm(), 1e-12);
+  EXPECT_LT((to_eigen(p.velocity) - 1.5 * faces_speed_factor * Vector3d(0.6, 0.8, 0)).norm(), 1e-12);
   tilted.fluid.mesh_jets[0].direction = {0, -1, 0};
   EXPECT_EQ(error_of(tilted),
             "fluid: mesh_jet 1: none of its faces looks along `direction`; allowed: the opposite direction, or none "
@@ -149,11 +149,11 @@ TEST_F(Faces, MoveAndTurnWithTheirEmitter) {
     const Vector3d turned(-arm.y(), arm.x(), arm.z());
     EXPECT_LT((to_eigen(p.position) - Vector3d(1.15, 0, -0.1) - turned).norm(), 1e-12);
     EXPECT_LT((to_eigen(p.velocity) - Vector3d(1, 0, 0) - rate * Vector3d(-turned.y(), turned.x(), 0) -
-               1.5 * faces_haste * Vector3d(-1, 0, 0))
+               1.5 * faces_speed_factor * Vector3d(-1, 0, 0))
                   .norm(),
               1e-12);
   }
-  EXPECT_NEAR(fastest_leaving(jet), 1.5 * faces_haste + 1 + rate * std::hypot(0.15, 0.1), 0.1);
+  EXPECT_NEAR(fastest_leaving(jet), 1.5 * faces_speed_factor + 1 + rate * std::hypot(0.15, 0.1), 0.1);
   EXPECT_TRUE(any_has(setup.warnings, "points of its mouth are outside the domain at"));
 }
 

@@ -110,8 +110,9 @@ output: {every: 0.01}
 fluid:
   spacing: 0.02
   sources:
-    - jet: {center: [-0.05, 0.1, 0], size: [0.1, 0.04], velocity: [[0, [0, -1, 0]], [0.05, [0.5, -2, 0]]], up: [1, 0, 0],
-        start: 0.002, end: 0.09, motion: {velocity: {keys: [[0, [0, 0, 0]], [0.03, [1.5, 0, 0]]], interpolation: smooth},
+    - jet: {center: [-0.05, 0.1, 0], size: [0.1, 0.04], velocity: [[0, [0, -1, 0]], [0.05, [0.5, -2, 0]]],
+        up: [1, 0, 0], start: 0.002, end: 0.09,
+        motion: {velocity: {keys: [[0, [0, 0, 0]], [0.03, [1.5, 0, 0]]], interpolation: smooth},
         offset: [[0, [0, 0, 0]], [0.04, [0, 0.02, 0.03]]]}}
     - jet: {center: [0.06, 0.12, 0], radius: 0.03, velocity: [0, -1.5, 0],
         motion: {spin: {axis: [0, 1, 0], degrees_per_second: 720, center: [0, 0.12, 0]}}}

@@ -28,7 +28,7 @@ struct Jet {
 struct Mouth {
   std::string name, source;
   double area;
-  double haste = 1;  // of its liquid over the speed that the flow has
+  double factor = 1;  // the speed of its liquid over that which the flow has
 };
 
 Mouth disc(double radius, double speed) {
@@ -72,7 +72,7 @@ fluid:
     for (std::size_t i = 0; i < s.fluid_position.size(); ++i) {
       const Vec3& v = s.fluid_velocity[i];
       jet.speed =
-          std::max(jet.speed, std::fabs(std::hypot(v[0], v[1], v[2]) / std::hypot(mouth.haste * speed, moving) - 1));
+          std::max(jet.speed, std::fabs(std::hypot(v[0], v[1], v[2]) / std::hypot(mouth.factor * speed, moving) - 1));
       if (s.fluid_position[i][0] < 0.1) jet.crowded = std::max(jet.crowded, s.fluid_density_ratio[i] - 1);
     }
   }

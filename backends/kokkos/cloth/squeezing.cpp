@@ -54,10 +54,11 @@ struct Squeezing {
     if (n == 0) count(0) = 0;
     const auto at_rest = [](Index) { return Real3{}; };
     pull(n) = smooth(n) = widen(cloth.elastic_force(n, at_rest) + cloth.mass(n) * gravity);
+    const Real range = ClothSystem::contact_range(cloth.terms(n));
     Double3 normal;
     for (std::size_t b = 0; b < cloth.solids.extent(0) && !cloth.pinned(n); ++b) {
       const SolidDistance<Real> at = solid_distance(cloth.solids(b), cloth.start(n), Real3{});
-      if (!(at.phi < ClothSystem::contact_range(cloth.terms(n)))) continue;
+      if (!(at.phi < range)) continue;
       normal = widen(at.normal);
       break;
     }
