@@ -84,10 +84,10 @@ void describe_particles(Section& s, BlockScene& block) {
   describe_content(s, block);
 }
 
-/// A vector without a default: absent, it stays empty.
+/// A vector without a default: absent, it stays empty. The reference of keys shows `shown`.
 void vector(Section& s, const char* key, std::optional<Vec3>& value, const char* range, const char* unit,
-            const char* meaning) {
-  Vec3 given = value.value_or(Vec3{0, 0, 0});
+            const char* meaning, const Vec3& shown = {0, 0, 0}) {
+  Vec3 given = value.value_or(shown);
   const bool present = s.has(key) || value;
   s.saved_if(value.has_value()).numbers(key, given, range, unit, meaning);
   if (present) value = given;
@@ -224,7 +224,8 @@ void describe(Section& s, JetScene& jet) {
       "velocity of the liquid, along the nozzle's axis; 0 is allowed in keyframes only and closes the nozzle");
   vector(s, "up", jet.up, direction_range, "1",
          "direction of the second side of a rectangular nozzle, of which the part across the velocity counts; without "
-         "this key y, or z if the velocity is vertical");
+         "this key y, or z if the velocity is vertical",
+         {0, 1, 0});
   if (jet.up) check_not_zero(s, "up", *jet.up);
   s.check(jet.shape == Shape::rectangle || !s.has("up"), "up",
           "applies only to a rectangular nozzle; allowed: only with size");
