@@ -76,7 +76,7 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vec
   const Vector3<T> gradient{of_x[0] + w[2] * (of_x[1] - of_x[0]), of_y[0] + w[2] * (of_y[1] - of_y[0]), of_z};
   const T length = norm(gradient);
   if (!(length > 0)) return {phi, {0, 1, 0}};
-  return {phi, (1 / length) * gradient, Kokkos::fmax(inverse * length, T(0.5))};
+  return {phi, (1 / length) * gradient, larger(inverse * length, T(0.5))};
 }
 
 /// The vector with the components of `own` along a moving solid's axes.
@@ -204,7 +204,7 @@ KOKKOS_INLINE_FUNCTION Real clearance_at_start(const Solids& solids, const Real3
     const Solid& solid = solids(static_cast<std::int64_t>(b));
     // Solids are at the end of the step: the node's place relative to where they were is that far ahead.
     const Real before = solid_distance(solid, x, dt * surface_velocity(solid, x, Real3{})).phi;
-    kept = Kokkos::fmin(kept, before + release);
+    kept = smaller(kept, before + release);
   }
   return kept;
 }
@@ -219,8 +219,7 @@ KOKKOS_FUNCTION DRENCH_SELDOM T distance_to_keep_of_several(const Solids& solids
     if (a == b) continue;
     const Solid &one = solids(static_cast<std::int64_t>(a)), &own = solids(static_cast<std::int64_t>(b));
     const SolidDistance<T> other = solid_distance(one, x, shift);
-    if (squeezed(one, other, own, d, x, shift, clearance.thickness))
-      kept = Kokkos::fmin(kept, T(0.5) * (other.phi + d.phi));
+    if (squeezed(one, other, own, d, x, shift, clearance.thickness)) kept = smaller(kept, T(0.5) * (other.phi + d.phi));
   }
   return kept;
 }

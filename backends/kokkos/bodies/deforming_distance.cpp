@@ -7,8 +7,8 @@
 namespace drench::kokkos_backend {
 namespace {
 
-KOKKOS_INLINE_FUNCTION Real least(Real a, Real b, Real c) { return Kokkos::fmin(a, Kokkos::fmin(b, c)); }
-KOKKOS_INLINE_FUNCTION Real most(Real a, Real b, Real c) { return Kokkos::fmax(a, Kokkos::fmax(b, c)); }
+KOKKOS_INLINE_FUNCTION Real least(Real a, Real b, Real c) { return smaller(a, smaller(b, c)); }
+KOKKOS_INLINE_FUNCTION Real most(Real a, Real b, Real c) { return larger(a, larger(b, c)); }
 
 /// Which lattice points are block b, and how they lie in memory.
 struct Lattice {
@@ -90,8 +90,8 @@ struct NearBlocks {
 
   KOKKOS_INLINE_FUNCTION void range_of(Real lo, Real hi, int axis, Index& first, Index& last) const {
     constexpr Index edge = DeformingBody::block_edge;
-    const Index from = static_cast<Index>(Kokkos::fmax(Kokkos::ceil((lo - band) / lattice.step), Real(0))),
-                to = static_cast<Index>(Kokkos::fmax(Kokkos::floor((hi + band) / lattice.step), Real(0)));
+    const Index from = static_cast<Index>(larger(Kokkos::ceil((lo - band) / lattice.step), Real(0))),
+                to = static_cast<Index>(larger(Kokkos::floor((hi + band) / lattice.step), Real(0)));
     first = from / edge;
     last = (to < lattice.points[axis] ? to : lattice.points[axis] - 1) / edge;
   }
@@ -253,7 +253,7 @@ struct Distances {
     const Real3 p = lattice.step * Real3{Real(i), Real(j), Real(k)};
     const Nearest found = nearest_of(lattice.block_of(i, j, k), p);
     nearest(e) = found.triangle;
-    distance(e) = found.triangle < 0 ? band : side(found, p) * Kokkos::fmin(Kokkos::sqrt(found.square), band);
+    distance(e) = found.triangle < 0 ? band : side(found, p) * smaller(Kokkos::sqrt(found.square), band);
   }
 };
 

@@ -230,19 +230,17 @@ void BlockCholesky::subtract(const Update& update) {
   const Real* const below = values_.data() + panel.at + panel.top;
   const Index from = 3 * update.from / spare_lanes * spare_lanes, end = panel.below();
   Real* const room = room_for(6 * end);
+  const PanelRun *const first = runs_.data() + update.run_begin, *const last = runs_.data() + update.run_end;
   for (Index i = update.from; i < update.to; i += 2) {
-    const Index nodes = std::min(Index(2), update.to - i);
-    (nodes == 2 ? DRENCH_BY_ISA(products_of_6) : DRENCH_BY_ISA(products_of_3))(below, panel.columns(), panel.stride,
-                                                                               3 * i, from, end, room, end);
-    for (Index q = 0; q < 3 * nodes; ++q) {
+    const bool two = i + 1 < update.to;
+    (two ? DRENCH_BY_ISA(products_of_6) : DRENCH_BY_ISA(products_of_3))(below, panel.columns(), panel.stride, 3 * i,
+                                                                        from, end, room, end);
+    Real* to[6]{};
+    for (Index q = 0; q < (two ? 6 : 3); ++q) {
       const Index column = 3 * (row_[at(panel.row_begin + i + q / 3)] - target.first) + q % 3;
-      Real* const to = values_.data() + target.at + at(column) * at(target.stride);
-      const Real* const product = room + q * end;
-      for (Index r = update.run_begin; r < update.run_end; ++r) {
-        const Run run = runs_[at(r)];
-        for (Index k = 0; k < run.length; ++k) to[run.target + k] -= product[run.source + k];
-      }
+      to[q] = values_.data() + target.at + at(column) * at(target.stride);
     }
+    (two ? DRENCH_BY_ISA(subtract_runs_of_6) : DRENCH_BY_ISA(subtract_runs_of_3))(room, end, first, last, to);
   }
 }
 

@@ -9,6 +9,11 @@
 
 namespace drench::kokkos_backend {
 
+/// Numbers of a panel's column that are subtracted from neighbouring ones of another.
+struct PanelRun {
+  Index source, target, length;
+};
+
 /// H = L Lᵀ. Threads share the parts of a dissection; the order of all sums depends on the
 /// pattern alone.
 class BlockCholesky {
@@ -56,9 +61,6 @@ class BlockCholesky {
   struct Update {
     Index source, target, from, to, run_begin, run_end;
   };
-  struct Run {
-    Index source, target, length;
-  };
 
   NodeGraph eliminate(const NodeGraph& near);
   void make_panels(const NodeGraph& below);
@@ -82,7 +84,7 @@ class BlockCholesky {
   std::vector<Panel> panels_;
   std::vector<std::vector<Index>> panels_of_, updates_of_;  // of each part; of each panel between them, from the parts
   std::vector<Update> updates_;
-  std::vector<Run> runs_;
+  std::vector<PanelRun> runs_;
   std::vector<Index> between_;  // places between the parts
   std::vector<Index> number_;   // of each place among those
   std::vector<Real> values_, inverse_, lost_;

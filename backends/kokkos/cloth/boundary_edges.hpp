@@ -28,7 +28,7 @@ struct BoundaryEdges {
       Real3 m = (dot(inward, along) / square) * along - inward;
       m = (1 / Kokkos::sqrt(dot(m, m))) * m;
       const Index corner = where <= 0 ? from : where >= 1 ? to : -1;
-      const Real3 gap = r - Kokkos::fmin(Kokkos::fmax(where, Real(0)), Real(1)) * along;
+      const Real3 gap = r - smaller(larger(where, Real(0)), Real(1)) * along;
       const Real distance = dot(gap, gap);
       if (k == 1 && corner >= 0 && corner == shared) return dot(c - node(corner), m + outward) > 0;
       if (k == 0 || distance < least) {

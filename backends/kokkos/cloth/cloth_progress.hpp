@@ -41,13 +41,13 @@ struct ClothProgress {
     const bool due = ++since_mark >= patience || marked == 1e300;
     if (patience > 0 && due && found > marked) slow_down(plain_iterations_later);
     if (found > 10 * smallest) slow_down(plain_iterations);
-    smallest = Kokkos::fmin(smallest, found);
+    smallest = smaller(smallest, found);
     if (!due) return;
     marked = found;
     since_mark = 0;
   }
   KOKKOS_INLINE_FUNCTION void slow_down(int before_weights) {
-    rho = Kokkos::fmax(0.0, 1 - 2 * (1 - rho));
+    rho = larger(0.0, 1 - 2 * (1 - rho));
     restart(before_weights);
   }
   KOKKOS_INLINE_FUNCTION void restart(int before_weights) {

@@ -81,7 +81,7 @@ KOKKOS_INLINE_FUNCTION Columns<T> strain_limit_stress(const Vector3<T>& a, const
   const T p = dot(f1, f1), q = dot(f1, f2), r = dot(f2, f2);
   const T middle = T(0.5) * (p + r), apart = T(0.5) * (p - r);
   const T radius = Kokkos::sqrt(apart * apart + q * q);
-  const T most = middle + radius, least = Kokkos::fmax(T(0), middle - radius);
+  const T most = middle + radius, least = larger(T(0), middle - radius);
   const Real up = 1 + limit, down = 1 - limit;
   if (most <= up * up && least >= down * down) return {};
   const T beyond1 = beyond_limit(most, limit), beyond2 = beyond_limit(least, limit);
@@ -92,9 +92,7 @@ KOKKOS_INLINE_FUNCTION Columns<T> strain_limit_stress(const Vector3<T>& a, const
 }
 
 /// K of a membrane's share of the Jacobi diagonal, N·m: it bounds the second derivative by both columns of F.
-KOKKOS_INLINE_FUNCTION Real membrane_bound(const Membrane<Real>& m) {
-  return Kokkos::fmax(m.warp, m.weft) + 2 * m.shear;
-}
+KOKKOS_INLINE_FUNCTION Real membrane_bound(const Membrane<Real>& m) { return larger(m.warp, m.weft) + 2 * m.shear; }
 
 /// How a triangle is stretched along its warp u and weft v and along the lines p, q halfway between them: F of these
 /// directions.

@@ -30,18 +30,18 @@ bool limit_stiffness(const ClothSystem& s, Index t, const Shift& shift, LimitSti
   const Real p = dot(f1, f1), q = dot(f1, f2), r = dot(f2, f2);
   const Real middle = Real(0.5) * (p + r), apart = Real(0.5) * (p - r), radius = Kokkos::sqrt(apart * apart + q * q);
   const Real cosine = radius > 0 ? apart / radius : Real(1);  // of twice the first axis' angle
-  const Real x = Kokkos::sqrt(Kokkos::fmax(Real(0), Real(0.5) * (1 + cosine))),
-             y = Kokkos::sqrt(Kokkos::fmax(Real(0), Real(0.5) * (1 - cosine))) * (q < 0 ? Real(-1) : Real(1));
+  const Real x = Kokkos::sqrt(larger(Real(0), Real(0.5) * (1 + cosine))),
+             y = Kokkos::sqrt(larger(Real(0), Real(0.5) * (1 - cosine))) * (q < 0 ? Real(-1) : Real(1));
   out.axis[0] = {x, y};
   out.axis[1] = {-y, x};
-  const Real square[2] = {middle + radius, Kokkos::fmax(Real(0), middle - radius)};
+  const Real square[2] = {middle + radius, larger(Real(0), middle - radius)};
   bool any = false;
   for (int i = 0; i < 2; ++i) {
     out.along[i] = {};
     const Real beyond = beyond_limit(square[i], s.materials(a).strain_limit);
     if (beyond == 0) continue;
     any = true;
-    const Real taut = Kokkos::fmax(Real(0), beyond), stiff = s.limit_stiffness(t);
+    const Real taut = larger(Real(0), beyond), stiff = s.limit_stiffness(t);
     out.along[i].add(stiff * taut);
     out.along[i].add(stiff * (1 - taut) / square[i], out.axis[i].x * f1 + out.axis[i].y * f2);
   }

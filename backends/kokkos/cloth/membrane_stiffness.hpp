@@ -120,7 +120,7 @@ class MembraneStiffness {
   }
   /// As a spring of rest length 1.
   static void of_yarn(Block& k, Real stiffness, const Real3& along, Real length, Real rate, const Real3& before) {
-    const Real taut = length > 0 ? Kokkos::fmax(Real(0), 1 - 1 / length) : Real(0);
+    const Real taut = length > 0 ? larger(Real(0), 1 - 1 / length) : Real(0);
     k.add(stiffness * taut);
     k.add(stiffness * (1 - taut), along);
     if (rate > 0) k.add(stiffness * rate, before);

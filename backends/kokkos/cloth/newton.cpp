@@ -16,7 +16,7 @@ constexpr int most_iterations = 40;  // of one solve
 constexpr int most_linear = 60;      // iterations of a linear solve
 constexpr double forcing = 0.05;     // of the linear residual that may be left
 constexpr int factor_cost = 8;       // a new factor takes as long as so many linear iterations
-constexpr Index many_changed = 10;   // nodes whose free directions differ from the factor's, likewise
+constexpr Index many_changed = 20;   // nodes whose free directions differ from the factor's, likewise
 constexpr Index few_toggled = 2;     // nodes that may change their state while steps are combined
 constexpr double most_growth = 2;    // of the residual that a step may cause
 constexpr int most_halvings = 3;     // of a step
@@ -85,18 +85,30 @@ void NewtonCloth::measure(const ClothSystem& s, Iterate& i) {
   if (!(i.over_goal < 1e100)) i.over_goal = 1e100;
 }
 
+/// Is the node still out of the solids' reach? The distance from a solid changes at most as fast as the node moves, an
+/// interpolated one at most twice as fast.
+bool NewtonCloth::is_away(Index n, const Double3& shift) const {
+  return away_[at(n)].room > 2 * norm(shift - away_[at(n)].shift);
+}
+
 void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual,
-                             NodeNearby& near) const {
-  const NodeTerms t = s.terms(n);
+                             NodeNearby& near) {
   near.count = 0;
   near.pinched = false;
   near.left = residual;
   near.contact = {};
+  if (is_away(n, shift)) return;
+  const NodeTerms t = s.terms(n);
+  SolidDistance<double> last{};
+  double nearest = 1e300, farthest = 0;  // of the solids
   const double thickness = double(t.clearance.thickness), reach = thickness + std::max(thickness, 0.2 * mean_edge_);
   for (std::size_t b = 0; b < s.solids.extent(0) && near.count < NodeNearby::most; ++b) {
     const Solid& solid = s.solids(static_cast<std::int64_t>(b));
     const SolidDistance<double> d = solid_distance(solid, t.start, shift);
+    nearest = std::min(nearest, d.phi);
+    farthest = std::max(farthest, d.phi);
     if (!(d.phi < reach)) continue;
+    last = d;
     const double kept = distance_to_keep(s.solids, b, d, t.start, shift, t.clearance);
     if (near.pinched) continue;
     if (kept < double(t.clearance.kept)) {
@@ -111,11 +123,19 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
     ++near.count;
   }
+  if (near.count == 0) {
+    // Out of a mesh's lattice nothing is known.
+    if (farthest < double(far_away)) away_[at(n)] = {shift, nearest - reach};
+    return;
+  }
   // Beyond the width of contact there is nothing to ask about.
-  double nearest = near.pinched ? -1 : 1e300;
-  for (int k = 0; k < near.count; ++k) nearest = std::min(nearest, near.gap[k]);
-  if (!(nearest < 0.021 * thickness)) return;
-  near.contact = s.contact(t, shift, near.left, t.compression);
+  double gap = near.pinched ? -1 : 1e300;
+  for (int k = 0; k < near.count; ++k) gap = std::min(gap, near.gap[k]);
+  if (!(gap < 0.021 * thickness)) return;
+  if (near.count == 1 && !near.pinched)
+    near.contact = s.contact_with(static_cast<std::size_t>(near.solid[0]), last, t, shift, near.left);
+  else
+    near.contact = s.contact(t, shift, near.left, t.compression);
   if (near.contact.touches) near.moved = near.contact.moved;
 }
 
@@ -131,6 +151,7 @@ bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSy
                       int most, double tolerance) {
   if (fresh_) start(s, std::as_const(solver).displacement);
   fresh_ = false;
+  away_.assign(s.solids.count > 0 ? at(nodes_) : 0, {});
   goal_ = goal_of(s, tolerance);
   measure(s, now_);
   anderson_.clear();
@@ -226,7 +247,8 @@ void NewtonCloth::move(const ClothSystem& s, const Iterate& from) {
       to = from.shift[at(n)];
       if (s.pinned(n)) return;
       const Double3 by = within_plane(s, n, from, length * in_double(at_node(change_, n)));
-      to = project_out(s.solids, s.start(n), to + by, s.clearance(n));
+      to += by;
+      if (s.solids.count > 0 && !is_away(n, to)) to = project_out(s.solids, s.start(n), to, s.clearance(n));
     });
     measure(s, next_);
     if (next_.over_goal <= most_growth * from.over_goal || next_.over_goal <= 1 || halvings == most_halvings) return;

@@ -53,6 +53,11 @@ class NewtonCloth {
     NodeVector left;               // what contact and friction leave of the residual, N
     double over_goal = 0;          // its sum over the goal: converged if ≤ 1
   };
+  /// Where a node was asked how far the nearest solid is, m, and by how much that was beyond reach.
+  struct Away {
+    Double3 shift;
+    double room = 0;
+  };
   /// A node next to solids during the sweeps.
   struct ZoneNode {
     Index node;
@@ -64,7 +69,8 @@ class NewtonCloth {
   // newton.cpp
   double goal_of(const ClothSystem& s, double tolerance);
   void measure(const ClothSystem& s, Iterate& at);
-  void see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual, NodeNearby& near) const;
+  void see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual, NodeNearby& near);
+  bool is_away(Index n, const Double3& shift) const;
   void start(const ClothSystem& s, const Entries<const Real3>& displacement);
   void iterate(const ClothSystem& s, bool first);
   double cosine_between(const NodeVector& a, const NodeVector& b);
@@ -106,6 +112,7 @@ class NewtonCloth {
   Index changed_ = 0, toggled_ = 0;   // nodes whose free directions differ from the factor's; whose state has changed
 
   Iterate now_, next_, kept_;
+  std::vector<Away> away_;
   std::vector<State> state_;
   Vectors slip_direction_;  // of the nodes that slip
   std::vector<std::uint8_t> touching_, toggles_;

@@ -63,10 +63,10 @@ struct TouchedSolids {
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       T most_change = 0;
       for (int k = 0; k < count; ++k) {
-        const T change = Kokkos::fmax(-held[k], -dot(push, at[k].normal));
+        const T change = larger(-held[k], -dot(push, at[k].normal));
         held[k] += change;
         push += change * at[k].normal;
-        most_change = Kokkos::fmax(most_change, Kokkos::abs(change));
+        most_change = larger(most_change, Kokkos::abs(change));
       }
       if (count == 1 || !(most_change > enough)) return;
     }

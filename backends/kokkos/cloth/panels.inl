@@ -1,52 +1,51 @@
 // Dense loops over a panel of a Cholesky factor (cloth/block_cholesky.cpp), for one instruction set. A panel lies by
 // columns, `stride` numbers apart, a multiple of 16. A row's sums run in the order of columns; a column's have 16
-// parts.
+// parts. Arrays of registers are never set to 0 and have loops of known lengths: g++ keeps others in memory.
 
 inline constexpr Index wide = 16;
-using Wide [[gnu::vector_size(wide * sizeof(Real))]] = Real;
 
-/// One register of the instruction set. Twelve sums in registers of Wide would not fit into the 16 that AVX2 has.
+/// One register of the instruction set. Twelve sums of 16 numbers would not fit into the 16 registers that AVX2 has.
 inline constexpr Index register_bytes = DRENCH_ISA_BITS / 8;
 inline constexpr Index lanes = register_bytes / static_cast<Index>(sizeof(Real));
+inline constexpr Index registers = wide / lanes;  // of 16 numbers
 using Register [[gnu::vector_size(register_bytes)]] = Real;
+using RegisterAnywhere [[gnu::vector_size(register_bytes), gnu::aligned(sizeof(Real)), gnu::may_alias]] = Real;
+using FourAnywhere [[gnu::vector_size(4 * sizeof(Real)), gnu::aligned(sizeof(Real)), gnu::may_alias]] = Real;
 
-template <class Vector>
-[[gnu::always_inline]] inline void load(Vector& v, const Real* from) {
-  std::memcpy(&v, from, sizeof(v));
+[[gnu::always_inline]] inline Register load(const Real* from) {
+  return *reinterpret_cast<const RegisterAnywhere*>(from);
 }
+[[gnu::always_inline]] inline void store(const Register& v, Real* to) { *reinterpret_cast<RegisterAnywhere*>(to) = v; }
+
+/// The sum of a vector by halves.
 template <class Vector>
-[[gnu::always_inline]] inline void store(const Vector& v, Real* to) {
-  std::memcpy(to, &v, sizeof(v));
-}
-/// The sums of each one's 16 parts, by halves.
-[[gnu::always_inline]] inline void totals(const Wide (&v)[3], Real (&sum)[3]) {
-  using Half [[gnu::vector_size(wide / 2 * sizeof(Real))]] = Real;
-  using Quad [[gnu::vector_size(wide / 4 * sizeof(Real))]] = Real;
-  Quad q[3];
-  for (int i = 0; i < 3; ++i) {
-    const Half h = __builtin_shufflevector(v[i], v[i], 0, 1, 2, 3, 4, 5, 6, 7) +
-                   __builtin_shufflevector(v[i], v[i], 8, 9, 10, 11, 12, 13, 14, 15);
-    q[i] = __builtin_shufflevector(h, h, 0, 1, 2, 3) + __builtin_shufflevector(h, h, 4, 5, 6, 7);
+[[gnu::always_inline]] inline Real total(const Vector& v) {
+  constexpr int count = static_cast<int>(sizeof(Vector) / sizeof(Real));
+  if constexpr (count == 2) {
+    return v[0] + v[1];
+  } else if constexpr (count == 4) {
+    return (v[0] + v[2]) + (v[1] + v[3]);
+  } else if constexpr (count == 8) {
+    return total(__builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7));
+  } else {
+    return total(__builtin_shufflevector(v, v, 0, 1, 2, 3, 4, 5, 6, 7) +
+                 __builtin_shufflevector(v, v, 8, 9, 10, 11, 12, 13, 14, 15));
   }
-  const Quad two = __builtin_shufflevector(q[0], q[1], 0, 4, 1, 5) + __builtin_shufflevector(q[0], q[1], 2, 6, 3, 7);
-  sum[0] = two[0] + two[2];
-  sum[1] = two[1] + two[3];
-  sum[2] = (q[2][0] + q[2][2]) + (q[2][1] + q[2][3]);
 }
 
 /// Subtracts from `count` registers of column c, at row r, the multiples of the columns before it.
 template <Index count>
 [[gnu::always_inline]] inline void subtract_columns(const Real* a, Index c, Index stride, Index r, Real* own) {
-  Register sum[count], v;
-  for (Index i = 0; i < count; ++i) load(sum[i], own + r + i * lanes);
+  Register sum[count];
+#pragma GCC unroll 16
+  for (Index i = 0; i < count; ++i) sum[i] = load(own + r + i * lanes);
   for (Index k = 0; k < c; ++k) {
     const Real* const column = a + k * stride;
     const Real part = column[c];
-    for (Index i = 0; i < count; ++i) {
-      load(v, column + r + i * lanes);
-      sum[i] -= part * v;
-    }
+#pragma GCC unroll 16
+    for (Index i = 0; i < count; ++i) sum[i] -= part * load(column + r + i * lanes);
   }
+#pragma GCC unroll 16
   for (Index i = 0; i < count; ++i) store(sum[i], own + r + i * lanes);
 }
 
@@ -56,16 +55,11 @@ inline void factor_panel(Real* a, Index columns, Index stride, Real* inverse_piv
     Real* const own = a + c * stride;
     const Index begin = c / wide * wide;
     Index first = begin;
-    for (; first + wide < stride; first += 2 * wide) subtract_columns<2 * wide / lanes>(a, c, stride, first, own);
-    if (first < stride) subtract_columns<wide / lanes>(a, c, stride, first, own);
+    for (; first + wide < stride; first += 2 * wide) subtract_columns<2 * registers>(a, c, stride, first, own);
+    if (first < stride) subtract_columns<registers>(a, c, stride, first, own);
     const Real inverse = own[c] > 0 ? 1 / std::sqrt(own[c]) : Real(0);
     inverse_pivot[c] = inverse;
-    for (Index r = begin; r < stride; r += wide) {
-      Wide v;
-      load(v, own + r);
-      v = inverse * v;
-      store(v, own + r);
-    }
+    for (Index r = begin; r < stride; r += lanes) store(inverse * load(own + r), own + r);
     std::fill_n(own, c, Real(0));  // above the diagonal
   }
 }
@@ -78,48 +72,48 @@ inline void invert_panel(const Real* a, Index columns, Index stride, Index top, 
     for (Index r = 0; r < top; ++r) x[r] = r == c ? Real(1) : Real(0);
     for (Index k = c; k < columns; ++k) {
       const Real own = inverse_pivot[k] * x[k];
-      for (Index r = k / wide * wide; r < top; r += wide) {
-        Wide sum, v;
-        load(sum, x + r);
-        load(v, a + k * stride + r);
-        sum -= own * v;
-        store(sum, x + r);
-      }
+      for (Index r = k / lanes * lanes; r < top; r += lanes) store(load(x + r) - own * load(a + k * stride + r), x + r);
       x[k] = own;
     }
   }
 }
 
-/// out[q] = Σ_c a_c a_c[row + q] for `count` ≤ 6 rows, of rows [from, to); `a`: the rows below, `to` and `from`
-/// multiples of 16.
+/// out[q] = Σ_c a_c a_c[row + q] for `count` rows, at `rows` registers from row r on.
+template <Index count, Index rows>
+[[gnu::always_inline]] inline void products_at(const Real* a, Index columns, Index stride, Index row, Index r,
+                                               Real* out, Index out_stride) {
+  Register sum[count][rows];
+#pragma GCC unroll 2
+  for (Index i = 0; i < rows; ++i) {
+    const Register v = load(a + r + i * lanes);
+#pragma GCC unroll 6
+    for (Index q = 0; q < count; ++q) sum[q][i] = a[row + q] * v;
+  }
+  for (Index c = 1; c < columns; ++c) {
+    const Real* const column = a + c * stride;
+    Register v[rows];
+#pragma GCC unroll 2
+    for (Index i = 0; i < rows; ++i) v[i] = load(column + r + i * lanes);
+#pragma GCC unroll 6
+    for (Index q = 0; q < count; ++q) {
+      const Real part = column[row + q];
+#pragma GCC unroll 2
+      for (Index i = 0; i < rows; ++i) sum[q][i] += part * v[i];
+    }
+  }
+#pragma GCC unroll 6
+  for (Index q = 0; q < count; ++q)
+#pragma GCC unroll 2
+    for (Index i = 0; i < rows; ++i) store(sum[q][i], out + q * out_stride + r + i * lanes);
+}
+
+/// The same for rows [from, to); `a`: the rows below, `to` and `from` multiples of 16.
 template <Index count>
 [[gnu::always_inline]] inline void panel_products(const Real* a, Index columns, Index stride, Index row, Index from,
                                                   Index to, Real* out, Index out_stride) {
   Index r = from;
-  for (; r + lanes < to; r += 2 * lanes) {
-    Register first[count]{}, second[count]{}, v, w;
-    for (Index c = 0; c < columns; ++c) {
-      const Real* const column = a + c * stride;
-      load(v, column + r);
-      load(w, column + r + lanes);
-      for (Index q = 0; q < count; ++q) {
-        first[q] += column[row + q] * v;
-        second[q] += column[row + q] * w;
-      }
-    }
-    for (Index q = 0; q < count; ++q) {
-      store(first[q], out + q * out_stride + r);
-      store(second[q], out + q * out_stride + r + lanes);
-    }
-  }
-  if (r >= to) return;
-  Register sum[count]{}, v;
-  for (Index c = 0; c < columns; ++c) {
-    const Real* const column = a + c * stride;
-    load(v, column + r);
-    for (Index q = 0; q < count; ++q) sum[q] += column[row + q] * v;
-  }
-  for (Index q = 0; q < count; ++q) store(sum[q], out + q * out_stride + r);
+  for (; r + lanes < to; r += 2 * lanes) products_at<count, 2>(a, columns, stride, row, r, out, out_stride);
+  if (r < to) products_at<count, 1>(a, columns, stride, row, r, out, out_stride);
 }
 inline void products_of_3(const Real* a, Index columns, Index stride, Index row, Index from, Index to, Real* out,
                           Index out_stride) {
@@ -130,26 +124,21 @@ inline void products_of_6(const Real* a, Index columns, Index stride, Index row,
   panel_products<6>(a, columns, stride, row, from, to, out, out_stride);
 }
 
-/// out = Σ_c a_c x_c over `rows` rows, a multiple of 16.
+/// out = Σ_c a_c x_c over `rows` rows, a multiple of 16; even and odd columns apart.
 inline void panel_times(const Real* a, Index columns, Index stride, Index rows, const Real* x, Real* out) {
-  constexpr Index count = wide / lanes;
   for (Index r = 0; r < rows; r += wide) {
-    Register even[count]{}, odd[count]{}, v;
+    Register even[registers]{}, odd[registers]{};
     Index c = 0;
     for (; c + 1 < columns; c += 2)
-      for (Index i = 0; i < count; ++i) {
-        load(v, a + c * stride + r + i * lanes);
-        even[i] += x[c] * v;
-        load(v, a + (c + 1) * stride + r + i * lanes);
-        odd[i] += x[c + 1] * v;
+#pragma GCC unroll 16
+      for (Index i = 0; i < registers; ++i) {
+        even[i] += x[c] * load(a + c * stride + r + i * lanes);
+        odd[i] += x[c + 1] * load(a + (c + 1) * stride + r + i * lanes);
       }
-    for (Index i = 0; i < count; ++i) {
-      if (c < columns) {
-        load(v, a + c * stride + r + i * lanes);
-        even[i] += x[c] * v;
-      }
-      const Register sum = even[i] + odd[i];
-      store(sum, out + r + i * lanes);
+#pragma GCC unroll 16
+    for (Index i = 0; i < registers; ++i) {
+      if (c < columns) even[i] += x[c] * load(a + c * stride + r + i * lanes);
+      store(even[i] + odd[i], out + r + i * lanes);
     }
   }
 }
@@ -158,16 +147,55 @@ inline void panel_times(const Real* a, Index columns, Index stride, Index rows, 
 inline void subtract_transposed(const Real* a, Index columns, Index stride, Index rows, const Real* x, Real* out) {
   for (Index c = 0; c < columns; c += 3) {
     const Real* const first = a + c * stride;
-    Wide sum[3]{}, v, w;
-    for (Index r = 0; r < rows; r += wide) {
-      load(w, x + r);
-      for (int q = 0; q < 3; ++q) {
-        load(v, first + q * stride + r);
-        sum[q] += v * w;
+    Register sum[3][registers]{};
+    for (Index r = 0; r < rows; r += wide)
+#pragma GCC unroll 16
+      for (Index i = 0; i < registers; ++i) {
+        const Register w = load(x + r + i * lanes);
+#pragma GCC unroll 3
+        for (Index q = 0; q < 3; ++q) sum[q][i] += load(first + q * stride + r + i * lanes) * w;
       }
+#pragma GCC unroll 3
+    for (Index q = 0; q < 3; ++q) {
+#pragma GCC unroll 4
+      for (Index half = registers / 2; half > 0; half /= 2)
+#pragma GCC unroll 8
+        for (Index i = 0; i < half; ++i) sum[q][i] += sum[q][i + half];
+      out[c + q] -= total(sum[q][0]);
     }
-    Real all[3];
-    totals(sum, all);
-    for (int q = 0; q < 3; ++q) out[c + q] -= all[q];
   }
+}
+
+/// Subtracts `length` products from numbers of a target.
+[[gnu::always_inline]] inline void subtract_run(const Real* products, Index length, Real* to) {
+  Index k = 0;
+  for (; k + lanes <= length; k += lanes) store(load(to + k) - load(products + k), to + k);
+  if constexpr (lanes > 4)
+    for (; k + 4 <= length; k += 4)
+      *reinterpret_cast<FourAnywhere*>(to + k) -= *reinterpret_cast<const FourAnywhere*>(products + k);
+  for (; k < length; ++k) to[k] -= products[k];
+}
+
+/// Subtracts `count` columns of products, `stride` apart, from those of a target, run by run.
+template <Index count>
+[[gnu::always_inline]] inline void subtract_runs(const Real* products, Index stride, const PanelRun* run,
+                                                 const PanelRun* end, Real* const* to) {
+  for (; run != end; ++run) {
+    const Real* const from = products + run->source;
+    if (run->length == 3) {  // most of them
+#pragma GCC unroll 6
+      for (Index q = 0; q < count; ++q)
+        for (Index k = 0; k < 3; ++k) to[q][run->target + k] -= from[q * stride + k];
+    } else {
+      for (Index q = 0; q < count; ++q) subtract_run(from + q * stride, run->length, to[q] + run->target);
+    }
+  }
+}
+inline void subtract_runs_of_3(const Real* products, Index stride, const PanelRun* run, const PanelRun* end,
+                               Real* const* to) {
+  subtract_runs<3>(products, stride, run, end, to);
+}
+inline void subtract_runs_of_6(const Real* products, Index stride, const PanelRun* run, const PanelRun* end,
+                               Real* const* to) {
+  subtract_runs<6>(products, stride, run, end, to);
 }

@@ -110,7 +110,7 @@ void shorten_stitches(Cloth& cloth, const StepInfo& info) {
         const double part = time < ends(k) ? time / ends(k) : 1.0;
         const Real asked = static_cast<Real>(at_start(k) * (1 - part * part * (3 - 2 * part)));
         const Index e = 2 * (first + k);
-        const Real now = Kokkos::fmin(asked, norm(x(edge(e)) - x(edge(e + 1))));
+        const Real now = smaller(asked, norm(x(edge(e)) - x(edge(e + 1))));
         length(first + k) = now;
         link(of_stitch(2 * k)).length = now;
         link(of_stitch(2 * k + 1)).length = now;

@@ -98,7 +98,7 @@ KOKKOS_INLINE_FUNCTION double relative_travel(bool edges, Double3* u) {
   for (int k = 0; k < 4; ++k) {
     u[k] = minus(u[k], mean);
     double& l = largest[k < (edges ? 2 : 1) ? 0 : 1];
-    l = Kokkos::fmax(l, Kokkos::sqrt(inner(u[k], u[k])));
+    l = larger(l, Kokkos::sqrt(inner(u[k], u[k])));
   }
   return largest[0] + largest[1];
 }

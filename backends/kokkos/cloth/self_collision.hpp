@@ -34,9 +34,8 @@ struct PathBox {
   Real4 lo{{far, far, far}, 0}, hi{{-far, -far, -far}, 0};
 
   KOKKOS_INLINE_FUNCTION void add(const PathBox& o) {
-    lo = {{Kokkos::fmin(lo.x, o.lo.x), Kokkos::fmin(lo.y, o.lo.y), Kokkos::fmin(lo.z, o.lo.z)},
-          Kokkos::fmax(lo.w, o.lo.w)};
-    hi = {{Kokkos::fmax(hi.x, o.hi.x), Kokkos::fmax(hi.y, o.hi.y), Kokkos::fmax(hi.z, o.hi.z)}, 0};
+    lo = {{smaller(lo.x, o.lo.x), smaller(lo.y, o.lo.y), smaller(lo.z, o.lo.z)}, larger(lo.w, o.lo.w)};
+    hi = {{larger(hi.x, o.hi.x), larger(hi.y, o.hi.y), larger(hi.z, o.hi.z)}, 0};
   }
   /// Do they meet, and is one of them searched for?
   KOKKOS_INLINE_FUNCTION bool meets(const PathBox& o) const {

@@ -250,7 +250,7 @@ struct FindContact {
       if (!(near.distance > 0)) return;
       c.normal = {near.apart.x / near.distance, near.apart.y / near.distance, near.apart.z / near.distance};
     }
-    c.short_of = Kokkos::fmin(tau, start < tau ? start + 0.1 * tau : tau);
+    c.short_of = smaller(tau, start < tau ? start + 0.1 * tau : tau);
     double moves = 0, most = 0;  // of the gap and of a node by an impulse, 1/kg
     for (int k = 0; k < 4; ++k) {
       c.node[k] = pair.node[k];
@@ -258,7 +258,7 @@ struct FindContact {
       const double each = c.b[k] * double(s.inverse_mass(c.node[k]));
       c.mobility[k] = c.b[k] * each;
       moves += c.mobility[k];
-      most = Kokkos::fmax(most, Kokkos::abs(each));
+      most = larger(most, Kokkos::abs(each));
       c.short_of -= c.b[k] * inner(c.normal, minus(x[k], x[0]));
     }
     if (most > longest_lever * moves) return;
@@ -284,7 +284,7 @@ struct Push {
     if (c.change == 0) return;
     const double inverse = s.inverse(c);
     if (!(inverse > 0)) return;
-    const double before = c.impulse, after = Kokkos::fmax(0.0, before + c.change / (double(s.dt) * inverse));
+    const double before = c.impulse, after = larger(0.0, before + c.change / (double(s.dt) * inverse));
     c.impulse = after;
     s.push(c, times(after - before, c.normal));
   }
@@ -312,7 +312,7 @@ struct ApplyFriction {
     u = minus(u, times(inner(u, c.normal), c.normal));
     const double speed = Kokkos::sqrt(inner(u, u));
     if (!(speed > 0) || !(inverse > 0)) return;
-    s.push(c, times(-Kokkos::fmin(mu * c.impulse, speed / inverse) / speed, u));
+    s.push(c, times(-smaller(mu * c.impulse, speed / inverse) / speed, u));
   }
 };
 /// The round's last impulses: its contacts are done with.

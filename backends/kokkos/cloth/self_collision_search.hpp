@@ -29,8 +29,8 @@ KOKKOS_INLINE_FUNCTION PathBox of_item(const Collision& s, Index item) {
     box.add({from, from});
     box.add({to, to});
   }
-  const Real far = Kokkos::fmax(Kokkos::fmax(Kokkos::fmax(-box.lo.x, box.hi.x), Kokkos::fmax(-box.lo.y, box.hi.y)),
-                                Kokkos::fmax(-box.lo.z, box.hi.z));
+  const Real far =
+      larger(larger(larger(-box.lo.x, box.hi.x), larger(-box.lo.y, box.hi.y)), larger(-box.lo.z, box.hi.z));
   const Real grow = s.half_reach + Real(1e-6) * far;
   if (!(box.lo.x <= box.hi.x)) return {};
   return {{{box.lo.x - grow, box.lo.y - grow, box.lo.z - grow}, Real(searched ? 1 : 0)},

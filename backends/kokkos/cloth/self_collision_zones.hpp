@@ -44,7 +44,7 @@ KOKKOS_INLINE_FUNCTION bool violates(const Collision& s, const ClosePair& pair) 
   Double3 x[4], u[4];
   s.paths(pair, s.end, x, u);
   Proximity near;
-  return reaches(pair.edges != 0, x, u, Kokkos::fmin(0.25 * pair.thickness, 0.8 * pair.distance), near);
+  return reaches(pair.edges != 0, x, u, smaller(0.25 * pair.thickness, 0.8 * pair.distance), near);
 }
 KOKKOS_INLINE_FUNCTION void list(const Collision& s, const ClosePair& pair) {
   Contact& c = s.contact(add_one(s.counter(count_contacts)));
@@ -124,9 +124,9 @@ struct SumZones {
     const Double3 v = s.velocity_of(n);
     const double part[3] = {v.x, v.y, v.z};
     for (int a = 0; a < 3; ++a)
-      Kokkos::atomic_add(&s.zone_sum(4 * z + 1 + a),
-                         fixed_point(mass / zones::momentum_part *
-                                     Kokkos::fmin(Kokkos::fmax(part[a], -zones::fastest), zones::fastest)));
+      Kokkos::atomic_add(
+          &s.zone_sum(4 * z + 1 + a),
+          fixed_point(mass / zones::momentum_part * smaller(larger(part[a], -zones::fastest), zones::fastest)));
   }
 };
 /// The largest ways out of bodies.

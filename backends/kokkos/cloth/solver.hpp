@@ -230,13 +230,21 @@ struct ClothSystem {
     }
     if (count == 0) return {};
     if (count > 1) return contact_with_several(t, shift, push, compression, each);
+    const NodeContact<T> c = contact_with(solid, at, t, shift, push);
+    each(solid, -c.press * at.normal);
+    return c;
+  }
+  /// The same of a node that one solid is next to, `at` that distance; if it is within contact_range.
+  template <class T>
+  KOKKOS_INLINE_FUNCTION NodeContact<T> contact_with(std::size_t solid, const SolidDistance<T>& at, const NodeTerms& t,
+                                                     const Vector3<T>& shift, Vector3<T>& push) const {
     NodeContact<T> c;
+    if (!(at.phi < contact_range(t))) return c;
     c.touches = true;
-    c.press = Kokkos::fmax(T(0), -dot(push, at.normal));
+    c.press = larger(T(0), -dot(push, at.normal));
     c.normal = at.normal;
     c.moved = dt * surface_velocity(solids(solid), t.start, shift);
     push += c.press * at.normal;
-    each(solid, -c.press * at.normal);
     return c;
   }
   /// Solids that a node is so near to (m) hold it.
@@ -274,7 +282,7 @@ struct ClothSystem {
         if (!squeezed(solids(touched.solid[j]), one, solids(touched.solid[k]), other, t.start, shift, thickness))
           continue;
         const T rigid = t.rigid_share;
-        const T room = Kokkos::fmax((one.phi + other.phi) / (2 * thickness), rigid + T(0.01));  // of the cloth's own
+        const T room = larger((one.phi + other.phi) / (2 * thickness), rigid + T(0.01));  // of the cloth's own
         const T squeeze = compression * (1 - room) / (room - rigid);
         c.press += 2 * squeeze;
         c.moved = T(0.5) * (moved(j) + moved(k));

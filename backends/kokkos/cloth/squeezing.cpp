@@ -94,8 +94,8 @@ struct Squeezing {
     double inverse = 0;
     for (int i = 0; i < 4 && c.missing != 0; ++i)
       inverse += c.b[i] * c.b[i] * double(share(c.node[i])) * double(inverse_mass(c.node[i]));
-    const double after = inverse > 0 ? Kokkos::fmax(0.0, c.applied + c.missing / inverse) : c.applied;
-    apply(c, Kokkos::fmax(0.0, after + momentum * (after - c.force)));
+    const double after = inverse > 0 ? larger(0.0, c.applied + c.missing / inverse) : c.applied;
+    apply(c, larger(0.0, after + momentum * (after - c.force)));
     c.force = after;
   }
   KOKKOS_INLINE_FUNCTION void apply(PressedPair& c, double applied) const {
@@ -204,7 +204,7 @@ void press_pores(const Constants& constants, Cloth& cloth, const Squeezing& s) {
         pressure(n) = Real(p);
         const double taken = p > 0 ? double(m.compressibility) * p / (p + double(m.compression)) : 0;  // of τ
         const double left = 1 - taken / (1 - double(m.solid_fraction));
-        const double holds = Kokkos::fmax(left, law::least_pores) * capacity(n);
+        const double holds = larger(left, law::least_pores) * capacity(n);
         pores(n) = holds;
         full(n) = static_cast<Quanta>(Kokkos::floor(holds / quantum));
         const double above = ceiling(n) - 1;  // a film does not shrink with the pores

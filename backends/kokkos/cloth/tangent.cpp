@@ -57,7 +57,7 @@ Block spring_stiffness(const ClothSystem& s, Index n, const Link& l, const Real3
   const Real square = dot(x, x);
   if (!(square > 0) && l.length == 0) k.add(l.stiffness);  // of a stitch that is closed
   if (!(l.stiffness > 0) || !(square > 0)) return k;
-  const Real taut = Kokkos::fmax(Real(0), 1 - l.length / Kokkos::sqrt(square));
+  const Real taut = larger(Real(0), 1 - l.length / Kokkos::sqrt(square));
   k.add(l.stiffness * taut);
   k.add(l.stiffness * (1 - taut) / square, x);
   const Real rate = s.strain_damping_rate(n);
@@ -139,21 +139,28 @@ void ClothTangent::add_triangles(const ClothSystem& s, const std::vector<Double3
   parallel("drench::cloth::tangent_triangles", triangles_, [=](const Index t) {
     const auto moved = [u](const Index n) { return narrow(u[n]); };
     CornerGradient corner[3];
-    for (Index c = 0; c < 3; ++c) corner[c] = corner_gradient(s.triangle_shape(t), c);
-    FullBlock sum[6];
+    for (Index c = 1; c < 3; ++c) corner[c] = corner_gradient(s.triangle_shape(t), c);
     LimitStiffness limit;
-    if (s.limit_stiffness.exist() && limit_stiffness(s, t, moved, limit))
-      for (Index c = 0; c < 3; ++c) {
-        sum[c].add(limit.between(corner[c], corner[c]), 1);
-        sum[3 + c].add(limit.between(corner[c], corner[(c + 1) % 3]), 1);
-      }
-    for (Index k = 0; k < 6; ++k) block[6 * t + k] = matrix(sum[k]);
-    if (!s.membrane.exist()) return;
-    const MembraneStiffness membrane(s, t, moved);
-    for (Index c = 0; c < 3; ++c) {
-      block[6 * t + c] += matrix(membrane.between(corner[c], corner[c]));
-      block[6 * t + 3 + c] += matrix(membrane.between(corner[c], corner[(c + 1) % 3]));
+    Matrix3 first = Matrix3::Zero(), second = Matrix3::Zero(), both = Matrix3::Zero();
+    if (s.limit_stiffness.exist() && limit_stiffness(s, t, moved, limit)) {
+      first = matrix(limit.between(corner[1], corner[1]));
+      second = matrix(limit.between(corner[2], corner[2]));
+      both = matrix(limit.between(corner[1], corner[2]));
     }
+    if (s.membrane.exist()) {
+      const MembraneStiffness membrane(s, t, moved);
+      first += matrix(membrane.between(corner[1], corner[1]));
+      second += matrix(membrane.between(corner[2], corner[2]));
+      both += matrix(membrane.between(corner[1], corner[2]));
+    }
+    // Moved as a whole, a triangle resists with nothing.
+    Matrix3* const own = block + 6 * t;
+    own[0] = (first + second) + (both + both.transpose());
+    own[1] = first;
+    own[2] = second;
+    own[3] = -first - both.transpose();
+    own[4] = both;
+    own[5] = -second - both.transpose();
   });
 }
 

@@ -34,7 +34,7 @@ void allocate(const Constants& constants, WetAdhesionWork& work) {
     if (constants.model.cloths[cloth].self_collision) corners.insert(corners.end(), corner.begin(), corner.end());
   }
   constants.model.for_materials(
-      [&](const ClothMaterial& c) { work.thickness = Kokkos::fmax(work.thickness, static_cast<Real>(c.thickness)); });
+      [&](const ClothMaterial& c) { work.thickness = larger(work.thickness, static_cast<Real>(c.thickness)); });
   work.area = to_device<Real>("drench::wet_adhesion::area", area);
   work.triangle = to_device<Index>("drench::wet_adhesion::triangle", corners);
   work.triangles = static_cast<Index>(corners.size() / 3);
@@ -66,10 +66,10 @@ struct Pull {
 struct Traction {
   double thickness, mesh_range;  // m: τ; L̄
 
-  KOKKOS_INLINE_FUNCTION double range() const { return Kokkos::fmax(2 * thickness, mesh_range); }
+  KOKKOS_INLINE_FUNCTION double range() const { return larger(2 * thickness, mesh_range); }
   /// Pa, at `distance` for `work` in N/m.
   KOKKOS_INLINE_FUNCTION double operator()(double work, double distance) const {
-    const double gap = Kokkos::fmax(0.0, distance - thickness), left = 1 - gap / range();
+    const double gap = larger(0.0, distance - thickness), left = 1 - gap / range();
     return left > 0 ? 2 * work / range() * left : 0;
   }
 };
@@ -203,8 +203,8 @@ void sort_triangles(const Cloth& cloth, WetAdhesionWork& work) {
         const Real3 a = position(triangle(3 * t)), b = position(triangle(3 * t + 1)), c = position(triangle(3 * t + 2));
         const Real3 middle = (Real(1) / 3) * (a + b + c);
         center(t) = middle;
-        const Real far = Kokkos::fmax(norm(a - middle), Kokkos::fmax(norm(b - middle), norm(c - middle)));
-        largest = Kokkos::fmax(largest, double(far));
+        const Real far = larger(norm(a - middle), larger(norm(b - middle), norm(c - middle)));
+        largest = larger(largest, double(far));
       },
       Kokkos::Max<double>(radius));
   const Real reach = work.thickness + static_cast<Real>(Traction{work.thickness, cloth.mesh.mean_edge}.range());

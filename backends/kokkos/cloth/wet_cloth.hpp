@@ -30,12 +30,12 @@ struct NodeLiquid {
   /// The same of the pores alone: what is beyond them in fabric that carries a film is not theirs.
   /// Nor more than fabric holds that is pressed, which stage diffusion's bound relies on.
   KOKKOS_INLINE_FUNCTION double pore_filling(Index n, const Material& m) const {
-    if (m.film_depth > 0) return Kokkos::fmin(1.0, filling(n));
-    return pores.exist() ? Kokkos::fmin(double(m.max_saturation), filling(n)) : filling(n);
+    if (m.film_depth > 0) return smaller(1.0, filling(n));
+    return pores.exist() ? smaller(double(m.max_saturation), filling(n)) : filling(n);
   }
   /// s_n = min(1, m_f/C_n) of the pores at rest, 1; dry where it holds none.
   KOKKOS_INLINE_FUNCTION Real saturation(Index n) const {
-    return capacity(n) > 0 ? Real(Kokkos::fmin(1.0, filling_at_rest(n))) : Real(0);
+    return capacity(n) > 0 ? Real(smaller(1.0, filling_at_rest(n))) : Real(0);
   }
 };
 

@@ -185,8 +185,8 @@ void start_multipliers(const Constants& constants, const Cloth& cloth, ClothSolv
         }
         const Real along_x = sum.x / weighted.x, along_y = sum.y / weighted.y;
         const bool joined = s.membrane.exist() && s.membrane(t).warp > 0;  // the columns move alike
-        triangle_rate(2 * t) = joined ? Kokkos::fmin(along_x, along_y) : along_x;
-        triangle_rate(2 * t + 1) = joined ? Kokkos::fmin(along_x, along_y) : along_y;
+        triangle_rate(2 * t) = joined ? smaller(along_x, along_y) : along_x;
+        triangle_rate(2 * t + 1) = joined ? smaller(along_x, along_y) : along_y;
       });
 }
 

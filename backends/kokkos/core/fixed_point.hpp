@@ -14,7 +14,7 @@ inline constexpr double impulse_steps = 1048576;
 /// `value`, given in the unit of the sum, at most ±2^62: a larger one has no place in the integer.
 KOKKOS_INLINE_FUNCTION std::int64_t fixed_point(double value) {
   constexpr double largest = 4611686018427387904.0;
-  return static_cast<std::int64_t>(Kokkos::round(Kokkos::fmin(Kokkos::fmax(value, -largest), largest)));
+  return static_cast<std::int64_t>(Kokkos::round(smaller(larger(value, -largest), largest)));
 }
 
 /// Adds a vector, already in the sums' unit, to the three sums from 3 `at` on.

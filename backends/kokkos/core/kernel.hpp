@@ -119,8 +119,8 @@ struct PairSlope {
 #else
     const Real inverse = inverse_root(square + trace);
 #endif
-    const Real c = Kokkos::fmax(square * inverse * inverse_h, held), p = 1 - c;
-    const Real t = Kokkos::fmax(fused(-2, c, 1), Real(0));
+    const Real c = larger(square * inverse * inverse_h, held), p = 1 - c;
+    const Real t = larger(fused(-2, c, 1), Real(0));
     Real steep = fused(-inner * t, t, p * p);
     if (wendland) steep *= p * c;
     return steep * (h * inverse);

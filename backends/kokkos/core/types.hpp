@@ -224,6 +224,24 @@ template <class T>
 KOKKOS_INLINE_FUNCTION T dot(const Vector3<T>& a, const std::type_identity_t<Vector3<T>>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
+/// The larger of two numbers, a if b is not one. A host's fmax is a call of its library.
+template <class A, class B>
+KOKKOS_INLINE_FUNCTION std::common_type_t<A, B> larger(A a, B b) {
+#ifdef __CUDA_ARCH__
+  return Kokkos::fmax(a, b);
+#else
+  return b > a ? b : a;
+#endif
+}
+/// The smaller of them, likewise.
+template <class A, class B>
+KOKKOS_INLINE_FUNCTION std::common_type_t<A, B> smaller(A a, B b) {
+#ifdef __CUDA_ARCH__
+  return Kokkos::fmin(a, b);
+#else
+  return b < a ? b : a;
+#endif
+}
 /// 1/√x; a GPU has an instruction for it, to 2 ulp, where root and division are exact and take several times as long.
 template <class T>
 KOKKOS_INLINE_FUNCTION T inverse_root(T x) {

@@ -85,7 +85,7 @@ void find_body_rows(const Constants& constants, const Fluid& fluid, const Neighb
         const RigidBody& body = constant(k);
         const Double3& i = body.inverse_inertia;
         bound(2 * k) = Real(body.inverse_mass * sum(k).force.x);
-        bound(2 * k + 1) = Real(Kokkos::fmax(i.x, Kokkos::fmax(i.y, i.z)) * sum(k).torque.x);
+        bound(2 * k + 1) = Real(larger(i.x, larger(i.y, i.z)) * sum(k).torque.x);
       });
 }
 
@@ -179,8 +179,7 @@ void find_viscous_body_bound(Bodies& bodies, MaximaUnderWay& maxima) {
       "drench::bodies::viscous_bound", b.count, KOKKOS_LAMBDA(const Index k) {
         const RigidBody& body = constant(k);
         const Double3& i = body.inverse_inertia;
-        return 2 * Kokkos::fmax(body.inverse_mass * sum(k).force.x,
-                                Kokkos::fmax(i.x, Kokkos::fmax(i.y, i.z)) * sum(k).torque.x);
+        return 2 * larger(body.inverse_mass * sum(k).force.x, larger(i.x, larger(i.y, i.z)) * sum(k).torque.x);
       });
 }
 

@@ -63,7 +63,7 @@ struct MoveCloth {
     const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
     const double a = rest(3 * t), b = rest(3 * t + 1), c = rest(3 * t + 2);
     const double trace = a * uu + 2 * b * uv + c * vv, determinant = (a * c - b * b) * (uu * vv - uv * uv);
-    const double square = 0.5 * (trace + Kokkos::sqrt(Kokkos::fmax(0.0, trace * trace - 4 * determinant)));
+    const double square = 0.5 * (trace + Kokkos::sqrt(larger(0.0, trace * trace - 4 * determinant)));
     return Kokkos::sqrt(square);
   }
   /// Returns its displacement, m.
@@ -104,8 +104,8 @@ struct MoveCloth {
       if (!(d.phi < distance + touching * clearance.thickness)) continue;
       const Real before = solid_distance(solid, x, dt * surface_velocity(solid, x, Real3{})).phi;
       const Real outward = dot(v - surface_velocity(solid, x, shift), d.normal);
-      const Real gained = Kokkos::fmin(dot(pushed, d.normal), (d.phi - before) / dt);
-      v -= Kokkos::fmax(Real(0), Kokkos::fmin(outward, gained)) * d.normal;
+      const Real gained = smaller(dot(pushed, d.normal), (d.phi - before) / dt);
+      v -= larger(Real(0), smaller(outward, gained)) * d.normal;
     }
     return v;
   }

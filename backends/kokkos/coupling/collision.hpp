@@ -38,7 +38,7 @@ KOKKOS_INLINE_FUNCTION bool barycentric(const Corners& t, const Double3& x, doub
 /// Square of the distance of x to the segment a b, m².
 KOKKOS_INLINE_FUNCTION double segment_square(const Double3& x, const Double3& a, const Double3& b) {
   const Double3 e = minus(b, a), p = minus(x, a);
-  const double length = inner(e, e), s = length > 0 ? Kokkos::fmin(1.0, Kokkos::fmax(0.0, inner(p, e) / length)) : 0;
+  const double length = inner(e, e), s = length > 0 ? smaller(1.0, larger(0.0, inner(p, e) / length)) : 0;
   const Double3 away = minus(p, times(s, e));
   return inner(away, away);
 }
@@ -46,9 +46,9 @@ KOKKOS_INLINE_FUNCTION double segment_square(const Double3& x, const Double3& a,
 /// Is x no farther from one of the edges than 1e-6 of the longest?
 KOKKOS_INLINE_FUNCTION bool on_an_edge(const Corners& t, const Double3& x) {
   const Double3 u = minus(t.b, t.a), v = minus(t.c, t.b), w = minus(t.a, t.c);
-  const double longest = Kokkos::fmax(Kokkos::fmax(inner(u, u), inner(v, v)), inner(w, w));
+  const double longest = larger(larger(inner(u, u), inner(v, v)), inner(w, w));
   const double nearest =
-      Kokkos::fmin(Kokkos::fmin(segment_square(x, t.a, t.b), segment_square(x, t.b, t.c)), segment_square(x, t.c, t.a));
+      smaller(smaller(segment_square(x, t.a, t.b), segment_square(x, t.b, t.c)), segment_square(x, t.c, t.a));
   return nearest <= 1e-12 * longest;
 }
 
@@ -59,8 +59,8 @@ KOKKOS_INLINE_FUNCTION double cubic_value(const double* c, double t) {
 /// Do the cubic's Bernstein coefficients on [0, 1] all have one sign, beyond rounding? Then it has no root there.
 KOKKOS_INLINE_FUNCTION bool keeps_its_sign(const double* c) {
   const double b[4] = {c[0], c[0] + c[1] / 3, c[0] + (2 * c[1] + c[2]) / 3, c[0] + c[1] + c[2] + c[3]};
-  const double least = Kokkos::fmin(Kokkos::fmin(b[0], b[1]), Kokkos::fmin(b[2], b[3]));
-  const double most = Kokkos::fmax(Kokkos::fmax(b[0], b[1]), Kokkos::fmax(b[2], b[3]));
+  const double least = smaller(smaller(b[0], b[1]), smaller(b[2], b[3]));
+  const double most = larger(larger(b[0], b[1]), larger(b[2], b[3]));
   const double rounding = 1e-13 * (Kokkos::abs(c[0]) + Kokkos::abs(c[1]) + Kokkos::abs(c[2]) + Kokkos::abs(c[3]));
   return least > rounding || most < -rounding;
 }
@@ -136,7 +136,7 @@ struct Box {
 /// cannot hit: what hits is within 1e-6 of an edge's length of the triangle.
 KOKKOS_INLINE_FUNCTION Box box_of_way(const Corners& from, const Corners& to, double margin) {
   const auto least = [](double a, double b, double c, double d, double e, double f) {
-    return Kokkos::fmin(Kokkos::fmin(Kokkos::fmin(a, b), Kokkos::fmin(c, d)), Kokkos::fmin(e, f));
+    return smaller(smaller(smaller(a, b), smaller(c, d)), smaller(e, f));
   };
   Double3 lo{least(from.a.x, from.b.x, from.c.x, to.a.x, to.b.x, to.c.x),
              least(from.a.y, from.b.y, from.c.y, to.a.y, to.b.y, to.c.y),

@@ -25,15 +25,14 @@ struct RelativeWay {
 };
 
 KOKKOS_INLINE_FUNCTION Real least_of(Real a, Real b, Real c, Real d, Real e, Real f) {
-  return Kokkos::fmin(Kokkos::fmin(Kokkos::fmin(a, b), Kokkos::fmin(c, d)), Kokkos::fmin(e, f));
+  return smaller(smaller(smaller(a, b), smaller(c, d)), smaller(e, f));
 }
 KOKKOS_INLINE_FUNCTION Real most_of(Real a, Real b, Real c, Real d, Real e, Real f) {
-  return Kokkos::fmax(Kokkos::fmax(Kokkos::fmax(a, b), Kokkos::fmax(c, d)), Kokkos::fmax(e, f));
+  return larger(larger(larger(a, b), larger(c, d)), larger(e, f));
 }
 KOKKOS_INLINE_FUNCTION Real largest(const Real3& a, const Real3& b) {
-  return Kokkos::fmax(
-      Kokkos::fmax(Kokkos::fmax(Kokkos::abs(a.x), Kokkos::abs(a.y)), Kokkos::fmax(Kokkos::abs(a.z), Kokkos::abs(b.x))),
-      Kokkos::fmax(Kokkos::abs(b.y), Kokkos::abs(b.z)));
+  return larger(larger(larger(Kokkos::abs(a.x), Kokkos::abs(a.y)), larger(Kokkos::abs(a.z), Kokkos::abs(b.x))),
+                larger(Kokkos::abs(b.y), Kokkos::abs(b.z)));
 }
 
 /// Does the box of the way leave the point out, by more than `margin` (m) and 1e-4 of itself? The triangle meets the
@@ -59,8 +58,8 @@ KOKKOS_INLINE_FUNCTION bool stays_on_its_side(const RelativeWay& w, Real touch) 
   const Real rounding =
       32 * Kokkos::Experimental::epsilon_v<Real> * largest(w.a0, w.a1) * largest(w.e0, w.e1) * largest(w.g0, w.g1);
   const Real limit = rounding + touch * (Kokkos::abs(n1.x) + Kokkos::abs(n1.y) + Kokkos::abs(n1.z));
-  const Real least = Kokkos::fmin(Kokkos::fmin(b0, b1), Kokkos::fmin(b2, b3));
-  const Real most = Kokkos::fmax(Kokkos::fmax(b0, b1), Kokkos::fmax(b2, b3));
+  const Real least = smaller(smaller(b0, b1), smaller(b2, b3));
+  const Real most = larger(larger(b0, b1), larger(b2, b3));
   return least > limit || most < -limit;
 }
 

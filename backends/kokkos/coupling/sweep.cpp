@@ -42,8 +42,8 @@ struct Path {
   Box box;
 
   KOKKOS_INLINE_FUNCTION Path(const Real3& from, const Real3& to) : x0(from), x1(to) {
-    box.lo = {Kokkos::fmin(x0.x, x1.x), Kokkos::fmin(x0.y, x1.y), Kokkos::fmin(x0.z, x1.z)};
-    box.hi = {Kokkos::fmax(x0.x, x1.x), Kokkos::fmax(x0.y, x1.y), Kokkos::fmax(x0.z, x1.z)};
+    box.lo = {smaller(x0.x, x1.x), smaller(x0.y, x1.y), smaller(x0.z, x1.z)};
+    box.hi = {larger(x0.x, x1.x), larger(x0.y, x1.y), larger(x0.z, x1.z)};
   }
 };
 
@@ -92,13 +92,13 @@ struct Sweep {
   KOKKOS_INLINE_FUNCTION Reach reach_of(const Path& path) const {
     const ClothMotion moved = motion();
     const Double3 x0 = widen(path.x0), way = minus(widen(path.x1), x0);
-    const double grow = cover * Kokkos::fmax(1.0, moved.stretch) + margin;
+    const double grow = cover * larger(1.0, moved.stretch) + margin;
     // τ (way − its displacement)
-    const Double3 lo{Kokkos::fmin(0.0, way.x - moved.most.x), Kokkos::fmin(0.0, way.y - moved.most.y),
-                     Kokkos::fmin(0.0, way.z - moved.most.z)};
-    const Double3 hi{Kokkos::fmax(0.0, way.x - moved.least.x), Kokkos::fmax(0.0, way.y - moved.least.y),
-                     Kokkos::fmax(0.0, way.z - moved.least.z)};
-    const Double3 most{Kokkos::fmax(-lo.x, hi.x), Kokkos::fmax(-lo.y, hi.y), Kokkos::fmax(-lo.z, hi.z)};
+    const Double3 lo{smaller(0.0, way.x - moved.most.x), smaller(0.0, way.y - moved.most.y),
+                     smaller(0.0, way.z - moved.most.z)};
+    const Double3 hi{larger(0.0, way.x - moved.least.x), larger(0.0, way.y - moved.least.y),
+                     larger(0.0, way.z - moved.least.z)};
+    const Double3 most{larger(-lo.x, hi.x), larger(-lo.y, hi.y), larger(-lo.z, hi.z)};
     return {lo, hi, grow, listed && Kokkos::sqrt(inner(most, most)) + grow < support};
   }
 
@@ -264,7 +264,7 @@ struct Sweep {
       } else {
         double lift = gap, carried[3] = {hit.weight[0], hit.weight[1], hit.weight[2]};
         if (test >= max_slides + max_carries) {  // squeezed: where it was on the last one, or nearer
-          lift = Kokkos::fmax(gap, Kokkos::abs(height));
+          lift = larger(gap, Kokkos::abs(height));
           for (int k = max_slides + max_carries; k < test; ++k) lift *= 0.25;
           double foot[3];
           if (barycentric(from, x0, foot))
@@ -291,8 +291,8 @@ KOKKOS_INLINE_FUNCTION Box no_box() {
   return {{far, far, far}, {-far, -far, -far}};
 }
 KOKKOS_INLINE_FUNCTION void enclose(Box& box, const Box& o) {
-  box.lo = {Kokkos::fmin(box.lo.x, o.lo.x), Kokkos::fmin(box.lo.y, o.lo.y), Kokkos::fmin(box.lo.z, o.lo.z)};
-  box.hi = {Kokkos::fmax(box.hi.x, o.hi.x), Kokkos::fmax(box.hi.y, o.hi.y), Kokkos::fmax(box.hi.z, o.hi.z)};
+  box.lo = {smaller(box.lo.x, o.lo.x), smaller(box.lo.y, o.lo.y), smaller(box.lo.z, o.lo.z)};
+  box.hi = {larger(box.hi.x, o.hi.x), larger(box.hi.y, o.hi.y), larger(box.hi.z, o.hi.z)};
 }
 
 /// The boxes of the triangles' ways, of clusters and of groups.

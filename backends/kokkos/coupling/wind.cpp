@@ -71,7 +71,7 @@ struct Drag {
     const Real twice_area = norm(span);
     if (!(twice_area > 0)) return {};
     const Real3 normal = (1 / twice_area) * span, across = dot(w, normal) * normal;
-    const Real lightest = Kokkos::fmin(wet_density(a), Kokkos::fmin(wet_density(b), wet_density(c)));
+    const Real lightest = smaller(wet_density(a), smaller(wet_density(b), wet_density(c)));
     const Real rate = half_density * norm(w), step = dt / lightest;
     const Real normal_part = rate * normal_drag / (1 + step * rate * normal_drag);
     const Real tangential_part = rate * tangential_drag / (1 + step * rate * tangential_drag);
@@ -102,7 +102,7 @@ KOKKOS_INLINE_FUNCTION Real shade_of(const List& near, Index i, const Position& 
   near.for_each(i, [&](Index j) {
     const Real3 r = position(j) - at;
     const Real square = dot(r, r);
-    if (square > 0) shade = Kokkos::fmax(shade, dot(upwind, r) * inverse_root(square));
+    if (square > 0) shade = larger(shade, dot(upwind, r) * inverse_root(square));
   });
   return shade;
 }
@@ -130,10 +130,9 @@ void drag_liquid(const Constants& constants, Fluid& fluid, const NeighborLists& 
         if (!(mass(i) > 0) || !(speed > 0)) return;
         const Real3 upwind = (-1 / speed) * w;
         Real shade = shade_of(near_liquid, i, x, at, upwind);
-        if (walls) shade = Kokkos::fmax(shade, shade_of(near_boundary, i, boundary, at, upwind));
-        if (sheets) shade = Kokkos::fmax(shade, shade_of(near_sample, i, sample, at, upwind));
-        const Real share =
-            factor * (1 - Kokkos::fmin(shade, Real(1))) * speed / Kokkos::cbrt(full_volume * Real(mass(i)));
+        if (walls) shade = larger(shade, shade_of(near_boundary, i, boundary, at, upwind));
+        if (sheets) shade = larger(shade, shade_of(near_sample, i, sample, at, upwind));
+        const Real share = factor * (1 - smaller(shade, Real(1))) * speed / Kokkos::cbrt(full_volume * Real(mass(i)));
         velocity(i) += share / (1 + share) * w;
       });
 }

@@ -29,7 +29,7 @@ KOKKOS_INLINE_FUNCTION Real inverse(Real diagonal, Real smallest, Real volume) {
 }
 
 /// The part of ω for liquid at this density ratio, in scenes without cloth: eigenvalues grow with it.
-KOKKOS_INLINE_FUNCTION Real crowd_share(Real ratio) { return Kokkos::fmin(Real(1), 2 / ratio); }
+KOKKOS_INLINE_FUNCTION Real crowd_share(Real ratio) { return smaller(Real(1), 2 / ratio); }
 
 /// Volumes of the cloth samples, V_b = d³ S/Σ_k W_bk, and what the liquid's pairs read of them.
 void sample_volumes(const Constants& constants, const NeighborLists& lists, Cloth& cloth) {
@@ -138,7 +138,7 @@ struct DensityPairs {
       sum.gradient += weighted * r;
       const Real steep = weighted * pair.grad_factor * square;
       sum.squares += steep;
-      sum.yielded += Kokkos::fmax(Real(0), at.w - vi) * steep;
+      sum.yielded += larger(Real(0), at.w - vi) * steep;
       if (Kokkos::fabs(at.w - vi) > same_volume * vi) sum.mixed = true;
       if (pair.length < coincident.least)
         sum.separation += coincident.displacement(r, pair.length, vi, at.w, id(i), id(j));
@@ -187,7 +187,7 @@ struct DensityPairs {
     sum.coupling *= dense * dense;
     if (!touching) return;
     const Real square = dot(sheet, sheet), yields = least_push * lengths * lengths - square;
-    sum.contact_compliance = Kokkos::fmax(yields, Real(0));
+    sum.contact_compliance = larger(yields, Real(0));
     sum.contact_diagonal = square + sum.contact_compliance + sum.coupling;
   }
 };
@@ -291,7 +291,7 @@ double mean_compression(const Communicator* ranks, const Fluid& fluid, Real ramp
   const Entries<const Real> age = fluid.particles.age, alpha = fluid.alpha, ratio = fluid.particles.density_ratio;
   const auto term = KOKKOS_LAMBDA(const Index i) {
     if (alpha(i) == 0) return std::int64_t{0};
-    return scale(source_ramp(origin(i), age(i), ramp) * Kokkos::fmax(ratio(i) - 1, Real(0)));
+    return scale(source_ramp(origin(i), age(i), ramp) * larger(ratio(i) - 1, Real(0)));
   };
   std::int64_t sum = ordered<std::int64_t>("drench::density::found", fluid.particles.count, term);
   OverRanks(ranks).sum(sum).reduce();

@@ -31,7 +31,7 @@ struct Colour {
   /// ∇c, 1/m, and c, 1: of the room that solids leave.
   KOKKOS_INLINE_FUNCTION Real4 of_room() const {
     constexpr Real least = Real(0.2);
-    const Real inverse = 1 / Kokkos::fmax(least, Kokkos::fmax(1 - solid, liquid)), c = liquid * inverse;
+    const Real inverse = 1 / larger(least, larger(1 - solid, liquid)), c = liquid * inverse;
     return {inverse * (liquid_gradient + c * solid_gradient), c};
   }
 };

@@ -171,7 +171,7 @@ double mean_source(PressureSystem& system, const DensityUpdate& update) {
   const Entries<const Real> rate = std::as_const(system.work).free_rate;
   const ErrorScale scale(system.all(), 1);
   const auto source = KOKKOS_LAMBDA(const Index i) {
-    return scale(Kokkos::fmax(update.residual(i, update.weight(i), update.touch(i), rate(i)), Real(0)));
+    return scale(larger(update.residual(i, update.weight(i), update.touch(i), rate(i)), Real(0)));
   };
   std::int64_t sum = ordered<std::int64_t>("drench::pressure::source", system.count(), source);
   OverRanks(system.constants.ranks).sum(sum).reduce();

@@ -10,7 +10,7 @@ namespace drench::kokkos_backend {
 /// t(o): the part of the density error o that a step corrects, o/2 ≤ t(o) ≤ o. Below rest density, o < 0, t(o) = o.
 KOKKOS_INLINE_FUNCTION Real corrected(Real over, Real factor) {
   constexpr Real most = Real(0.1);
-  return Kokkos::fmin(over, Kokkos::fmax(Real(0.5) * over, Kokkos::fmin(factor * over, most)));
+  return smaller(over, larger(Real(0.5) * over, smaller(factor * over, most)));
 }
 
 /// The norms of a particle, and the density error that it keeps: for the sum and the maximum.
@@ -69,13 +69,13 @@ struct DensityUpdate {
   KOKKOS_INLINE_FUNCTION Real touch(Index i) const { return touching ? contact_alpha(i) : Real(0); }
   /// r_i, 1, at a density rate, 1/s.
   KOKKOS_INLINE_FUNCTION Real residual(Index i, Real beta, Real lambda_alpha, Real rate) const {
-    const Real over = lambda_alpha > 0 ? Kokkos::fmax(ratio(i) - 1, Real(0)) : ratio(i) - 1;
+    const Real over = lambda_alpha > 0 ? larger(ratio(i) - 1, Real(0)) : ratio(i) - 1;
     return beta * (corrected(over, correction) + dt * rate);
   }
   /// Of the density's rate of change and of how fast the liquid nears sheets, 1/s.
   KOKKOS_INLINE_FUNCTION RowDensityNorms operator()(const Index i, Real rate, Real approach) const {
     const Real beta = weight(i), lambda_alpha = touch(i), left = residual(i, beta, lambda_alpha, rate);
-    const Real error = Kokkos::fmax(beta * (ratio(i) - 1 + dt * rate), Real(0));
+    const Real error = larger(beta * (ratio(i) - 1 + dt * rate), Real(0));
     const Real gain = factor * alpha(i), own = kappa(i), before = last(i), k = updated(own, gain, left);
     next(i) = k;
     RowNorms norms = norms_of(left, own, gain, k, before, alpha(i));

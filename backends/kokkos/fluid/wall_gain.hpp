@@ -13,7 +13,7 @@ void find_wall_gain(const Constants& constants, const NeighborLists& lists, cons
 
 /// The largest eigenvalue of a gain, or a little more: two of the three are at least 1.
 KOKKOS_INLINE_FUNCTION Real largest_gain(const Real3& diagonal, const Real3& shear) {
-  return Kokkos::sqrt(Kokkos::fmax(dot(diagonal, diagonal) + 2 * dot(shear, shear) - 2, Real(1)));
+  return Kokkos::sqrt(larger(dot(diagonal, diagonal) + 2 * dot(shear, shear) - 2, Real(1)));
 }
 
 }  // namespace drench::kokkos_backend

@@ -32,7 +32,7 @@ KOKKOS_INLINE_FUNCTION laws::Layer layer_of(const Material& m, double other, dou
   return {density * (1 - double(m.solid_fraction)) * double(m.thickness),
           double(m.thickness),
           double(m.diffusivity),
-          height / Kokkos::fmin(height, other),
+          height / smaller(height, other),
           m.retention,
           most_in_pores(m)};
 }
@@ -74,9 +74,9 @@ struct ContactSearch {
 
   /// What a flow through a contact grows by with n > 1, over that with n = 1.
   KOKKOS_INLINE_FUNCTION double steepest(const Material& a, const Material& b) const {
-    const double n = Kokkos::fmax(a.mobility_exponent, b.mobility_exponent);
+    const double n = larger(a.mobility_exponent, b.mobility_exponent);
     if (n <= 1) return 1;
-    return Kokkos::pow(Kokkos::fmax(most_in_pores(a), most_in_pores(b)), n - 1);
+    return Kokkos::pow(larger(most_in_pores(a), most_in_pores(b)), n - 1);
   }
   KOKKOS_INLINE_FUNCTION bool wicks(const Material& m) const { return m.contact_wicking != 0; }
 
@@ -123,7 +123,7 @@ struct ContactSearch {
       const double height = double(own.capillary_height), other = double(m.capillary_height);
       const laws::Layer here = layer_of(own, other, density), there = layer_of(m, height, density);
       conductance(c) = 0.5 * double(area(p)) * laws::contact_conductance(here, there, dt * steepest(own, m));
-      drop(c) = inner(best[side].near.apart, down) * (1 / Kokkos::fmin(height, other)) + (here.height - there.height);
+      drop(c) = inner(best[side].near.apart, down) * (1 / smaller(height, other)) + (here.height - there.height);
       for (int k = 0; k < 3; ++k) weight(3 * c + k) = -best[side].near.b[k + 1];
     }
   }
@@ -178,7 +178,7 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
             if (wet.capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * wet.pore_filling(n, materials(n));
           }
         const Material &own = materials(ends.node(c, false, 0)), &other = materials(ends.node(c, true, 0));
-        const double exponent = Kokkos::fmax(own.mobility_exponent, other.mobility_exponent);
+        const double exponent = larger(own.mobility_exponent, other.mobility_exponent);
         const laws::Layer here = layer_of(own, double(other.capillary_height), density),
                           there = layer_of(other, double(own.capillary_height), density);
         const double flux = laws::contact_flux(g(c), here, there, s[0], s[1], drop(c), exponent);
@@ -248,7 +248,7 @@ struct ContactShare {
       for (int k = 0; k < 3; ++k) {
         if (!(ends.weight(c, far != 0, k) > 0)) continue;
         const Index n = ends.node(c, far != 0, k);
-        share = Kokkos::fmin(share, (far != 0) == to_near ? out_share(n) : in_share(n));
+        share = smaller(share, (far != 0) == to_near ? out_share(n) : in_share(n));
       }
     return share;
   }

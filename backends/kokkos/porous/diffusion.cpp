@@ -108,7 +108,7 @@ struct NodePairs {
   /// Of the film of pair e, whose first node is of material m; it leaves the upper node.
   KOKKOS_INLINE_FUNCTION double film_flux(Index e, const Material& m, Index upper) const {
     // What hangs at a hem is thicker.
-    const double delta = Kokkos::fmin(double(materials(upper).film_depth) * wet.beyond(upper), 2 * double(m.film));
+    const double delta = smaller(double(materials(upper).film_depth) * wet.beyond(upper), 2 * double(m.film));
     return laws::film_flux(film(e) * double(m.film_flow), delta, drop(e) * double(m.capillary_height));
   }
 };
@@ -188,7 +188,7 @@ void transfer_solute(Cloth& cloth, DiffusionWork& work) {
         const Quanta o = flow(e);
         const Index first = pair(2 * e), second = pair(2 * e + 1), donor = o > 0 ? second : first,
                     receiver = o > 0 ? first : second;
-        const Quanta t = o == 0 ? 0 : limited(o > 0 ? o : -o, Kokkos::fmin(out_share(donor), in_share(receiver)));
+        const Quanta t = o == 0 ? 0 : limited(o > 0 ? o : -o, smaller(out_share(donor), in_share(receiver)));
         const Quanta part = solute_part(solute(donor), t, liquid(donor));
         solute_flow(e) = o > 0 ? part : -part;
       });
@@ -219,8 +219,8 @@ void transfer(const Constants& constants, Cloth& cloth, DiffusionWork& work, boo
         const Index e = item(k) / 2, n = pair(item(k)), other = pair(item(k) ^ 1);
         const Quanta o = item(k) % 2 == 0 ? flow(e) : -flow(e);
         if (o == 0) return Received{};
-        const Quanta t = limited(o > 0 ? o : -o, o > 0 ? Kokkos::fmin(out_share(other), in_share(n))
-                                                       : Kokkos::fmin(out_share(n), in_share(other)));
+        const Quanta t = limited(
+            o > 0 ? o : -o, o > 0 ? smaller(out_share(other), in_share(n)) : smaller(out_share(n), in_share(other)));
         if (!with_momentum || o < 0 || t == 0) return Received{o > 0 ? t : -t, {}};
         return Received{t, times(double(t), minus(v(other), v(n)))};
       },
@@ -269,7 +269,7 @@ void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWo
         }
         if (pairs.film.exist()) {
           const double area = pairs.wet.capacity(n) / (density * double(m.film_depth));
-          const double level = 1 - Kokkos::fmin(1.0, steepness / (2 * area));  // cos² of its slope
+          const double level = 1 - smaller(1.0, steepness / (2 * area));  // cos² of its slope
           pull(n) = hem(n) ? laws::at_hem : Real(gravity * gravity * level);
         }
         rate = pairs.wet.capacity(n) > 0 ? rate / pairs.wet.room(n) : 0.0;

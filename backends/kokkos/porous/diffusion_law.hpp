@@ -8,21 +8,21 @@ namespace drench::kokkos_backend::laws {
 /// ψ, 1: the mean of sⁿ over the saturations between a and b, at most 2 s_donorⁿ, which is 0 of a dry donor. n is
 /// neither 0 nor 1.
 KOKKOS_INLINE_FUNCTION double power_mobility(double a, double b, double donor, double n) {
-  const double low = Kokkos::fmax(0.0, Kokkos::fmin(a, b)), high = Kokkos::fmax(0.0, Kokkos::fmax(a, b));
-  const double most = 2 * Kokkos::pow(Kokkos::fmax(0.0, donor), n), middle = (low + high) / 2;
+  const double low = larger(0.0, smaller(a, b)), high = larger(0.0, larger(a, b));
+  const double most = 2 * Kokkos::pow(larger(0.0, donor), n), middle = (low + high) / 2;
   if (high - low > 0.02 * middle)
-    return Kokkos::fmin(most, (high * Kokkos::pow(high, n) - low * Kokkos::pow(low, n)) / ((n + 1) * (high - low)));
+    return smaller(most, (high * Kokkos::pow(high, n) - low * Kokkos::pow(low, n)) / ((n + 1) * (high - low)));
   if (!(middle > 0)) return 0;
   // The quotient would lose digits: its series about the middle, to below 1e-13 of it.
   const double square = (high - low) / (2 * middle) * ((high - low) / (2 * middle));
   const double series = 1 + n * (n - 1) / 6 * square * (1 + (n - 2) * (n - 3) / 20 * square);
-  return Kokkos::fmin(most, Kokkos::pow(middle, n) * series);
+  return smaller(most, Kokkos::pow(middle, n) * series);
 }
 
 /// ψ for any n ≥ 0.
 KOKKOS_INLINE_FUNCTION double mobility(double a, double b, double donor, double n) {
   if (n == 0) return 1;
-  if (n == 1) return Kokkos::fmin((a + b) / 2, 2 * donor);
+  if (n == 1) return smaller((a + b) / 2, 2 * donor);
   return power_mobility(a, b, donor, n);
 }
 
@@ -37,8 +37,8 @@ KOKKOS_INLINE_FUNCTION double diffusion_flux(double conductance, double saturati
 KOKKOS_INLINE_FUNCTION double retained_flux(double conductance, double saturation_i, double saturation_j, double drop,
                                             double n, double beta) {
   if (beta == 1) return diffusion_flux(conductance, saturation_i, saturation_j, drop, n);
-  return diffusion_flux(conductance, Kokkos::pow(Kokkos::fmax(0.0, saturation_i), beta),
-                        Kokkos::pow(Kokkos::fmax(0.0, saturation_j), beta), drop, n / beta);
+  return diffusion_flux(conductance, Kokkos::pow(larger(0.0, saturation_i), beta),
+                        Kokkos::pow(larger(0.0, saturation_j), beta), drop, n / beta);
 }
 
 /// F, kg/s, of a film on both faces that runs down by `drop` (m) from where it is δ thick, m (docs/theory/porous.md,
@@ -59,7 +59,7 @@ struct Layer {
 
   /// What its suction over the lesser ℓ falls by in filling up: r sᵝ.
   KOKKOS_INLINE_FUNCTION double held(double saturation) const {
-    return height * (retention == 1 ? saturation : Kokkos::pow(Kokkos::fmax(0.0, saturation), retention));
+    return height * (retention == 1 ? saturation : Kokkos::pow(larger(0.0, saturation), retention));
   }
   /// The largest slope of that with s, for β ≥ 1; below 1 the mobility makes up for it.
   KOKKOS_INLINE_FUNCTION double steepest() const {
@@ -80,7 +80,7 @@ KOKKOS_INLINE_FUNCTION double contact_flux(double conductance, const Layer& a, c
 KOKKOS_INLINE_FUNCTION double contact_conductance(const Layer& p, const Layer& t, double dt) {
   const double resistance = p.height * (p.thickness * p.thickness) / (2 * p.load * p.diffusivity) +
                             t.height * (t.thickness * t.thickness) / (2 * t.load * t.diffusivity);
-  return Kokkos::fmin(1 / resistance, Kokkos::fmin(p.load / p.steepest(), t.load / t.steepest()) / (4 * dt));
+  return smaller(1 / resistance, smaller(p.load / p.steepest(), t.load / t.steepest()) / (4 * dt));
 }
 
 }  // namespace drench::kokkos_backend::laws

@@ -18,7 +18,7 @@ inline constexpr Real at_hem = -1;
 /// Rayleigh–Taylor instability (docs/theory/porous.md, Eq. 41), but no faster than `fastest`. `pull`: square of
 /// gravity's component normal to the face, m²/s⁴.
 KOKKOS_INLINE_FUNCTION double film_velocity(double fastest, double growth, Real pull, double h, double spacing) {
-  return pull == at_hem ? fastest : Kokkos::fmin(fastest, growth * double(pull) * h * h * h * spacing);
+  return pull == at_hem ? fastest : smaller(fastest, growth * double(pull) * h * h * h * spacing);
 }
 
 /// E_pk, quanta: the share of sample p in the buffered liquid of its node k, floor(w_pk m^b_k/w′_k) (Eq. 9).

@@ -15,7 +15,7 @@ constexpr double potential_units = share_units;  // of loads and of V W φ in m�
 /// In these units; a thousand of the largest sum up within 64 bits.
 KOKKOS_INLINE_FUNCTION std::int64_t fixed_potential(double value) {
   constexpr double most = 5e3;  // m²/s²: 50 bar
-  return fixed_point(potential_units * Kokkos::fmax(-most, Kokkos::fmin(most, value)));
+  return fixed_point(potential_units * larger(-most, smaller(most, value)));
 }
 
 /// Σ V W and Σ V W φ on both sides of each sample, and its load.

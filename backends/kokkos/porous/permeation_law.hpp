@@ -34,7 +34,7 @@ struct Surroundings {
   /// both are covered or walls carry a part of the load. `weight` is gravity along the normal times half of the
   /// thickness.
   KOKKOS_INLINE_FUNCTION double drive(double weight) const {
-    const double share = Kokkos::fmax(covered(), at_walls);
+    const double share = larger(covered(), at_walls);
     const double pressure = share > 0 ? share * (mean_potential(0) - mean_potential(1)) : 0;
     return (1 - share) * load + pressure + weight * (air_share(filled[0]) + air_share(filled[1]));
   }
@@ -55,7 +55,7 @@ KOKKOS_INLINE_FUNCTION double drive_of(const Material& m, double flux) {
 /// What of a flux (m/s) a difference of potentials drives that is less by `unresolved` (m²/s²).
 KOKKOS_INLINE_FUNCTION double beyond(const Material& m, double flux, double unresolved) {
   if (m.inertial_loss > 0) {
-    const double rest = flux_of(m, Kokkos::fmax(0.0, drive_of(m, flux) - unresolved));
+    const double rest = flux_of(m, larger(0.0, drive_of(m, flux) - unresolved));
     return flux < 0 ? -rest : rest;
   }
   const double held = double(m.conductance) * unresolved;

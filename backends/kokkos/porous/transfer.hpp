@@ -61,7 +61,7 @@ KOKKOS_INLINE_FUNCTION Quanta limited(Quanta amount, double share) {
 
 /// Of a flow of so many quanta; at most 2⁵⁶, so that those of many add up. No node holds as much.
 KOKKOS_INLINE_FUNCTION Quanta offered(double quanta) {
-  return static_cast<Quanta>(Kokkos::floor(Kokkos::fmin(quanta, 0x1p56)));
+  return static_cast<Quanta>(Kokkos::floor(smaller(quanta, 0x1p56)));
 }
 
 KOKKOS_INLINE_FUNCTION Quanta whole_part(double weight, Quanta size) {

@@ -28,17 +28,17 @@ struct Patch {
   static constexpr double far = 1e300;
   double area = 0, low_u = far, high_u = -far, low_v = far, high_v = -far;
   KOKKOS_INLINE_FUNCTION void reach(double u, double v) {
-    low_u = Kokkos::fmin(low_u, u);
-    high_u = Kokkos::fmax(high_u, u);
-    low_v = Kokkos::fmin(low_v, v);
-    high_v = Kokkos::fmax(high_v, v);
+    low_u = smaller(low_u, u);
+    high_u = larger(high_u, u);
+    low_v = smaller(low_v, v);
+    high_v = larger(high_v, v);
   }
   KOKKOS_INLINE_FUNCTION Patch& operator+=(const Patch& o) {
     area += o.area;
-    low_u = Kokkos::fmin(low_u, o.low_u);
-    high_u = Kokkos::fmax(high_u, o.high_u);
-    low_v = Kokkos::fmin(low_v, o.low_v);
-    high_v = Kokkos::fmax(high_v, o.high_v);
+    low_u = smaller(low_u, o.low_u);
+    high_u = larger(high_u, o.high_u);
+    low_v = smaller(low_v, o.low_v);
+    high_v = larger(high_v, o.high_v);
     return *this;
   }
 };

@@ -7,8 +7,8 @@ namespace drench::kokkos_backend::laws {
 
 /// The part of a triangle in which a linear function is not negative, 1, from its values at the corners.
 KOKKOS_INLINE_FUNCTION double part_above(double a, double b, double c) {
-  const double low = Kokkos::fmin(a, Kokkos::fmin(b, c)), high = Kokkos::fmax(a, Kokkos::fmax(b, c));
-  const double middle = Kokkos::fmax(Kokkos::fmin(a, b), Kokkos::fmin(Kokkos::fmax(a, b), c));
+  const double low = smaller(a, smaller(b, c)), high = larger(a, larger(b, c));
+  const double middle = larger(smaller(a, b), smaller(larger(a, b), c));
   if (low >= 0) return 1;
   if (high < 0) return 0;
   if (middle < 0) return high * high / ((high - middle) * (high - low));

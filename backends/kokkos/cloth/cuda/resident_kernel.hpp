@@ -266,7 +266,7 @@ inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const Re
                                                   const ResidentRun& run) {
   ClothProgress progress = run.first ? run.begin : *a.progress;
   if (run.first)
-    progress.rho = Kokkos::fmin(progress.rho, *a.spectral_bound);
+    progress.rho = smaller(progress.rho, *a.spectral_bound);
   else
     progress.move_on(s.solids.extent(0) > 0);
   return progress;
