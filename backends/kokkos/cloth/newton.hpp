@@ -82,6 +82,7 @@ class NewtonCloth {
   // newton_contact.cpp
   /// Gauss-Seidel over the nodes near solids: which of their planes do they touch? (touching_: a bit of each plane.)
   void find_touching(const ClothSystem& s);
+  void touch_where_pressed(const ClothSystem& s);
   void begin_zone(const ClothSystem& s);
   void sweep(const ClothSystem& s);
   /// Who sticks and who slips, and the right side of the linear system.
@@ -105,6 +106,7 @@ class NewtonCloth {
   bool warm_ = false, fresh_ = true;  // there is a factor of this time step; the solve has not begun
   double margin_ = 0;                 // 1: of the thickness, beyond the clearance
   double goal_ = 0;                   // N
+  bool late_ = false;                 // what presses touches
   bool slow_ = false;                 // the residual has not halved in three iterations
   double first_length_ = 1;           // of a step that is tried
   int linear_when_new_ = 0;           // iterations of the linear solve for which the factor was made

@@ -91,6 +91,20 @@ void NewtonCloth::find_touching(const ClothSystem& s) {
   for (Index n = 0; n < nodes_; ++n) at_node(zone_residual_, n) = column(now_.residual[at(n)]);
   std::fill(zone_change_.begin(), zone_change_.end(), Real(0));
   for (int k = 0; k < zone_sweeps; ++k) sweep(s);
+  if (late_) touch_where_pressed(s);
+}
+
+/// What lies on one solid and is pressed touches it, as in primal-dual active sets (Hintermüller et al. 2002). What
+/// sweeps foresee of hundreds of nodes may alternate without end.
+void NewtonCloth::touch_where_pressed(const ClothSystem& s) {
+  constexpr double on_surface = 0.001;  // of the thickness
+  for (const ZoneNode& z : zone_) {
+    const std::size_t n = at(z.node);
+    const NodeNearby& near = now_.near[n];
+    if (near.count != 1 || near.pinched) continue;
+    const bool pressed = dot(now_.residual[n], near.normal[0]) < 0;
+    if (pressed && near.gap[0] < on_surface * double(s.clearance(z.node).thickness)) touching_[n] = 1;
+  }
 }
 
 void NewtonCloth::set_contact_rows(const ClothSystem& s) {
