@@ -108,6 +108,19 @@ KOKKOS_INLINE_FUNCTION Yarns<T> yarns_of(const Vector3<T>& a, const std::type_id
   const Vector3<T> u = m.cosine * f1 + m.sine * f2, v = m.cosine * f2 - m.sine * f1;
   return {u, v, half_root * (u + v), half_root * (u - v)};
 }
+/// |u|² − 1, |v|² − 1 and u·v of these directions, which differ little from 0.
+template <class T = Real>
+struct YarnExcess {
+  T u = 0, v = 0, both = 0;
+};
+/// Of a triangle with these edges (m), computed in double: in float, differences of nearly equal numbers have few
+/// digits, and their rounding would be forces that no iteration balances.
+template <class T>
+KOKKOS_INLINE_FUNCTION YarnExcess<T> yarn_excess(const Double3& first, const Double3& second,
+                                                 const TriangleShape& shape, const Membrane<Real>& m) {
+  const Yarns<double> y = yarns_of(first, second, shape, m);
+  return {T(dot(y.u, y.u) - 1), T(dot(y.v, y.v) - 1), T(dot(y.u, y.v))};
+}
 /// v/|v|, or 0; |v| in `length`.
 template <class T>
 KOKKOS_INLINE_FUNCTION Vector3<T> direction_of(const Vector3<T>& v, T& length) {
@@ -117,17 +130,23 @@ KOKKOS_INLINE_FUNCTION Vector3<T> direction_of(const Vector3<T>& v, T& length) {
 }
 
 /// P = −A ∂W/∂F, N·m, of a membrane with W = ½ k_u (|u| − 1)² + ½ k_v (|v| − 1)² + ½ k_s (|p| − |q|)², and of its
-/// strain damping, implicit in the shift; at x, at x⁰, and of the shift u alone; rate = t_d/Δt. (docs/theory/cloth.md,
+/// strain damping, implicit in the shift; at x, at x⁰, and of the shift u alone; rate = t_d/Δt. Strains follow from
+/// those at x⁰ (`excess`): |u| − 1 = (|u|² − 1)/(|u| + 1) and |p| − |q| = 2 u·v/(|p| + |q|). (docs/theory/cloth.md,
 /// sections 2, 4.)
 template <class T>
 KOKKOS_INLINE_FUNCTION Columns<T> membrane_stress(const Yarns<T>& now, const Yarns<T>& before, const Yarns<T>& moved,
-                                                  const Membrane<Real>& m, Real rate, Real wet) {
+                                                  const YarnExcess<T>& excess, const Membrane<Real>& m, Real rate,
+                                                  Real wet) {
   constexpr T half_root = T(0.70710678118654752);
   T u, v, p, q;
   const Vector3<T> along_u = direction_of(now.u, u), along_v = direction_of(now.v, v);
   const Vector3<T> along_p = direction_of(now.p, p), along_q = direction_of(now.q, q);
-  Vector3<T> of_u = (-m.warp * (u - 1)) * along_u, of_v = (-m.weft * (v - 1)) * along_v;
-  Vector3<T> of_p = (-m.shear * (p - q)) * along_p, of_q = (m.shear * (p - q)) * along_q;
+  const T strain_u = (excess.u + dot(before.u + now.u, moved.u)) / (u + 1);
+  const T strain_v = (excess.v + dot(before.v + now.v, moved.v)) / (v + 1);
+  const T both = excess.both + dot(before.u, moved.v) + dot(moved.u, now.v);
+  const T sheared = p + q > 0 ? 2 * both / (p + q) : T(0);
+  Vector3<T> of_u = (-m.warp * strain_u) * along_u, of_v = (-m.weft * strain_v) * along_v;
+  Vector3<T> of_p = (-m.shear * sheared) * along_p, of_q = (m.shear * sheared) * along_q;
   if (rate > 0) {
     const Vector3<T> u0 = direction_of(before.u, u), v0 = direction_of(before.v, v);
     const Vector3<T> p0 = direction_of(before.p, p), q0 = direction_of(before.q, q);

@@ -49,6 +49,7 @@ struct TriangleTerms {
   TriangleShape shape;
   Real limit = 0, limit_stiffness = 0;  // ε, 1; K, N·m
   Membrane<Real> membrane{};
+  YarnExcess<T> excess{};                // of its membrane at x⁰
   Real damping_rate = 0, softening = 1;  // τ/Δt; factor on its stiffness, as wet as it is
 };
 
@@ -156,6 +157,8 @@ struct ClothSystem {
     }
     if (!membrane.exist()) return terms;
     terms.membrane = membrane(t);
+    const Double3 origin = widen(start(a));
+    terms.excess = yarn_excess<T>(widen(start(b)) - origin, widen(start(c)) - origin, terms.shape, terms.membrane);
     terms.damping_rate = strain_damping_rate(a);
     terms.softening = softening(t, terms.membrane);
     return terms;
@@ -167,13 +170,9 @@ struct ClothSystem {
     Columns<T> stress;
     if (limit_stiffness.exist()) stress = strain_limit_stress(first, second, t.shape, t.limit, t.limit_stiffness);
     if (!membrane.exist()) return stress;
-    Yarns<T> before, moved;
-    if (t.damping_rate > 0) {
-      before = yarns_of(t.first, t.second, t.shape, t.membrane);
-      moved = yarns_of(u_b - u_a, u_c - u_a, t.shape, t.membrane);
-    }
-    const Columns<T> own = membrane_stress(yarns_of(first, second, t.shape, t.membrane), before, moved, t.membrane,
-                                           t.damping_rate, t.softening);
+    const Columns<T> own = membrane_stress(
+        yarns_of(first, second, t.shape, t.membrane), yarns_of(t.first, t.second, t.shape, t.membrane),
+        yarns_of(u_b - u_a, u_c - u_a, t.shape, t.membrane), t.excess, t.membrane, t.damping_rate, t.softening);
     stress.first += own.first;
     stress.second += own.second;
     return stress;
