@@ -79,7 +79,8 @@ void describe_mesh(Section& s, BlockScene& block) {
 void describe_particles(Section& s, BlockScene& block) {
   s.required().other_file(
       "file", block.placed.file,
-      "particles (.ply, .vtu, .vtp) with their positions; `velocity` (vx, vy, vz in .ply) and `mass` are read too");
+      "particles (.ply, .vtu, .vtp, .bgeo, .npz) with their positions; `velocity` (vx, vy, vz in .ply, v in .bgeo) and "
+      "`mass` are read too");
   describe_placed(s, block.placed);
   describe_content(s, block);
 }

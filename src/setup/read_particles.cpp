@@ -15,14 +15,11 @@
 
 #include "base/eigen_vec.hpp"
 #include "setup/mesh_files.hpp"
+#include "setup/particle_files.hpp"
 #include "setup/setup_error.hpp"
 
 namespace drench {
 namespace {
-
-[[noreturn]] void refuse(const std::string& path, const std::string& why) {
-  throw SetupError(fmt::format("particle file '{}': {}", path, why));
-}
 
 ParticleFile read_ply(const std::string& path) {
   PolygonFile file = read_ply_file(path, /*particles=*/true);
@@ -38,19 +35,20 @@ Vec3 row(vtkDataArray* values, vtkIdType i) {
 template <class Reader>
 ParticleFile read_vtk(const std::string& path) {
   vtkNew<Reader> reader;
-  if (!reader->CanReadFile(path.c_str())) refuse(path, "it is not a file of this kind");
+  if (!reader->CanReadFile(path.c_str())) unreadable_particles(path, "it is not a file of this kind");
   reader->SetFileName(path.c_str());
   reader->Update();
   vtkPointSet* set = reader->GetOutput();
-  if (reader->GetErrorCode() != 0 || !set) refuse(path, "it cannot be read");
+  if (reader->GetErrorCode() != 0 || !set) unreadable_particles(path, "it cannot be read");
   ParticleFile file;
   const vtkIdType count = set->GetNumberOfPoints();
   vtkPointData* data = set->GetPointData();
   vtkDataArray* velocity = data->GetArray("velocity");
   if (!velocity) velocity = data->GetArray("v");
   vtkDataArray* mass = data->GetArray("mass");
-  if (velocity && velocity->GetNumberOfComponents() != 3) refuse(path, "its velocities do not have three components");
-  if (mass && mass->GetNumberOfComponents() != 1) refuse(path, "its masses are not one number each");
+  if (velocity && velocity->GetNumberOfComponents() != 3)
+    unreadable_particles(path, "its velocities do not have three components");
+  if (mass && mass->GetNumberOfComponents() != 1) unreadable_particles(path, "its masses are not one number each");
   for (vtkIdType i = 0; i < count; ++i) {
     file.position.push_back(row(set->GetPoints()->GetData(), i));
     if (velocity) file.velocity.push_back(row(velocity, i));
@@ -61,9 +59,14 @@ ParticleFile read_vtk(const std::string& path) {
 
 }  // namespace
 
+void unreadable_particles(const std::string& path, const std::string& why) {
+  throw SetupError(fmt::format("particle file '{}': {}", path, why));
+}
+
 ParticleFile read_particle_file(const std::string& path) {
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (ending == ".gz") ending = std::filesystem::path(path).stem().extension().string();
   ParticleFile file;
   if (ending == ".ply")
     file = read_ply(path);
@@ -71,14 +74,19 @@ ParticleFile read_particle_file(const std::string& path) {
     file = read_vtk<vtkXMLUnstructuredGridReader>(path);
   else if (ending == ".vtp")
     file = read_vtk<vtkXMLPolyDataReader>(path);
+  else if (ending == ".bgeo" || ending == ".bhclassic")
+    file = read_bgeo_file(path);
+  else if (ending == ".npz")
+    file = read_npz_file(path);
   else
-    refuse(path, fmt::format("the ending '{}' is not supported; allowed: .ply, .vtu, .vtp", ending));
-  if (file.position.empty()) refuse(path, "it contains no particles");
+    unreadable_particles(
+        path, fmt::format("the ending '{}' is not supported; allowed: .ply, .vtu, .vtp, .bgeo, .npz", ending));
+  if (file.position.empty()) unreadable_particles(path, "it contains no particles");
   for (std::size_t i = 0; i < file.position.size(); ++i) {
     const bool fine = to_eigen(file.position[i]).allFinite() &&
                       (file.velocity.empty() || to_eigen(file.velocity[i]).allFinite()) &&
                       (file.mass.empty() || std::isfinite(file.mass[i]));
-    if (!fine) refuse(path, fmt::format("numbers of particle {} are not finite", i));
+    if (!fine) unreadable_particles(path, fmt::format("numbers of particle {} are not finite", i));
   }
   return file;
 }

@@ -14,7 +14,8 @@ struct ParticleFile {
   std::vector<double> mass;    // kg; empty: the file has none
 };
 
-/// Reads .ply (x y z, vx vy vz, mass), .vtu and .vtp (the points, point data `velocity` or `v`, and `mass`).
+/// Reads .ply (x y z, vx vy vz, mass), .vtu and .vtp (the points, point data `velocity` or `v`, and `mass`), and what
+/// particle_files.hpp says of .bgeo and .npz.
 /// SetupError: no such file, another ending, unreadable, without particles, numbers that are not finite.
 ParticleFile read_particle_file(const std::string& path);
 

@@ -1,0 +1,154 @@
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <initializer_list>
+#include <map>
+#include <string>
+
+#include "setup/packed_file.hpp"
+#include "setup/particle_files.hpp"
+
+namespace drench {
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+
+/// What a member of the archive holds: rows of numbers.
+struct NpyArray {
+  std::size_t rows = 0, columns = 1;
+  std::vector<double> values;  // row by row
+};
+
+/// Reads .npz: a .zip of one .npy per array.
+class NpzReader {
+ public:
+  explicit NpzReader(const std::string& path) : path_(path), bytes_(unzipped_file(path)) { list_members(); }
+
+  /// The first of these arrays that there is, of `columns`; without rows if there is none.
+  NpyArray array(std::initializer_list<const char*> names, std::size_t columns) const {
+    for (const char* name : names)
+      if (const auto member = members_.find(std::string(name) + ".npy"); member != members_.end()) {
+        NpyArray found = parsed(name, content(member->second));
+        if (found.columns != columns)
+          refuse(fmt::format("its array '{}' has {} columns; allowed: {}", name, found.columns, columns));
+        return found;
+      }
+    return {};
+  }
+  [[noreturn]] void refuse(const std::string& why) const { unreadable_particles(path_, why); }
+
+ private:
+  struct Member {
+    std::size_t at = 0, packed = 0, size = 0;  // of its header; bytes
+    unsigned method = 0;                       // 0: as they are; 8: deflated
+    unsigned long checksum = 0;
+  };
+
+  std::size_t number(std::size_t at, std::size_t length) const {
+    if (at > bytes_.size() || length > bytes_.size() - at) refuse("it ends too early");
+    std::size_t value = 0;
+    for (std::size_t k = length; k-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes_[at + k]);
+    return value;
+  }
+  /// The list of members stands at the end of the archive.
+  void list_members() {
+    constexpr std::size_t length = 22;  // of the record at the end, without a comment
+    const std::size_t end = bytes_.rfind("PK\5\6");
+    if (!bytes_.starts_with("PK") || end == std::string::npos || bytes_.size() - end < length) refuse("it is not an archive of NumPy's savez");
+    std::size_t at = number(end + 16, 4);
+    for (std::size_t k = number(end + 10, 2); k > 0; --k) {
+      if (number(at, 4) != 0x02014b50) refuse("its list of arrays is broken");
+      const std::size_t name = number(at + 28, 2);
+      const Member member{number(at + 42, 4), number(at + 20, 4), number(at + 24, 4),
+                          static_cast<unsigned>(number(at + 10, 2)), number(at + 16, 4)};
+      number(at + 46, name);
+      members_[bytes_.substr(at + 46, name)] = member;
+      at += 46 + name + number(at + 30, 2) + number(at + 32, 2);
+    }
+  }
+  std::string content(const Member& m) const {
+    constexpr std::size_t none = 0xffffffff;  // as the list says it of 4 GB and more
+    if (m.packed >= none || m.size >= none || m.at >= none) refuse("it has arrays of 4 GB or more");
+    const std::size_t begin = m.at + 30 + number(m.at + 26, 2) + number(m.at + 28, 2);
+    if (begin > bytes_.size() || m.packed > bytes_.size() - begin) refuse("it ends too early");
+    const std::string packed = bytes_.substr(begin, m.packed);
+    // What deflate packs shrinks to a thousandth at best.
+    const bool sound = m.method == 8 ? m.size / 1100 <= m.packed : m.method == 0 && m.size == m.packed;
+    std::string whole;
+    if (sound) whole = m.method == 8 ? inflated(packed, m.size, m.checksum) : packed;
+    if (whole.empty() || checksum_of(whole) != m.checksum) refuse("one of its arrays cannot be unpacked");
+    return whole;
+  }
+  /// The number or the text behind a key of the array's header, a Python dictionary.
+  static std::string value_of(const std::string& header, const std::string& key) {
+    const std::size_t found = header.find("'" + key + "':");
+    if (found == std::string::npos) return {};
+    const std::size_t begin = header.find_first_not_of(' ', found + key.size() + 3);
+    if (begin == std::string::npos) return {};
+    const std::size_t end = header[begin] == '(' ? header.find(')', begin) : header.find_first_of(",}", begin);
+    return end == std::string::npos ? std::string() : header.substr(begin, end - begin);
+  }
+  NpyArray parsed(const char* name, const std::string& bytes) const {
+    const auto wrong = [&](const std::string& why) { refuse(fmt::format("its array '{}' {}", name, why)); };
+    if (!bytes.starts_with("\x93NUMPY") || bytes.size() < 12) wrong("is not an array of NumPy");
+    const std::size_t length_bytes = bytes[6] == 1 ? 2 : 4;
+    std::size_t header_length = 0;
+    for (std::size_t k = length_bytes; k-- > 0;)
+      header_length = header_length << 8 | static_cast<unsigned char>(bytes[8 + k]);
+    const std::size_t begin = 8 + length_bytes + header_length;
+    if (begin > bytes.size()) wrong("ends within its header");
+    const std::string header = bytes.substr(8 + length_bytes, header_length), type = value_of(header, "descr");
+    const bool twice = type == "'<f8'";
+    if (!twice && type != "'<f4'") wrong(fmt::format("has the type {}; allowed: float32, float64", type));
+    NpyArray array;
+    const std::string shape = value_of(header, "shape");
+    unsigned long long rows = 0, columns = 1;
+    const int sides = std::sscanf(shape.c_str(), "(%llu, %llu", &rows, &columns);
+    if (sides < 1 || shape.find(',') != shape.rfind(',') || columns < 1 || columns > 3)
+      wrong(fmt::format("has the shape {}); allowed: (N, 3), of masses (N)", shape));
+    array.rows = rows;
+    array.columns = columns;
+    const std::size_t width = twice ? 8 : 4, count = (bytes.size() - begin) / width;
+    if (array.rows != count / array.columns || count % array.columns != 0) wrong("has another length than its shape");
+    const bool by_columns = value_of(header, "fortran_order") == "True";
+    for (std::size_t i = 0; i < array.rows; ++i)
+      for (std::size_t c = 0; c < array.columns; ++c) {
+        const char* const from = bytes.data() + begin + width * (by_columns ? c * array.rows + i : i * array.columns + c);
+        double value = 0;
+        float half = 0;
+        if (twice)
+          std::memcpy(&value, from, width);
+        else
+          std::memcpy(&half, from, width);
+        array.values.push_back(twice ? value : double(half));
+      }
+    return array;
+  }
+
+  std::string path_, bytes_;
+  std::map<std::string, Member> members_;
+};
+
+std::vector<Vec3> rows_of(const NpyArray& array) {
+  std::vector<Vec3> rows;
+  for (std::size_t i = 0; i < array.rows; ++i)
+    rows.push_back({array.values[3 * i], array.values[3 * i + 1], array.values[3 * i + 2]});
+  return rows;
+}
+
+}  // namespace
+
+ParticleFile read_npz_file(const std::string& path) {
+  const NpzReader archive(path);
+  const NpyArray position = archive.array({"position", "positions", "points", "x"}, 3);
+  const NpyArray velocity = archive.array({"velocity", "velocities", "v"}, 3), mass = archive.array({"mass"}, 1);
+  if (position.rows == 0) archive.refuse("it has no array 'position' of shape (N, 3) with particles in it");
+  for (const NpyArray& other : {velocity, mass})
+    if (other.rows != 0 && other.rows != position.rows)
+      archive.refuse(fmt::format("its arrays have {} positions, but {} velocities or masses", position.rows, other.rows));
+  return {rows_of(position), rows_of(velocity), mass.values};
+}
+
+}  // namespace drench
