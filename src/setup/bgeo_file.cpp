@@ -12,7 +12,7 @@
 namespace drench {
 namespace {
 
-constexpr std::size_t number_bytes = 4;  // of each number of a point
+constexpr std::size_t number_bytes = 4;   // of each number of a point
 constexpr std::size_t place_numbers = 4;  // x, y, z and w
 
 /// Big-endian numbers, one after the other.
@@ -53,10 +53,11 @@ void read_attribute(BgeoCursor& in, const std::string& path, BgeoLayout& layout)
   const bool real = type == 0 || type == 5;  // numbers; a vector
   if (real || type == 1) {
     in.text(number_bytes * size);  // defaults
-  } else if (type == 4) {  // indices of texts
+  } else if (type == 4) {          // indices of texts
     for (std::uint32_t k = in.number(); k > 0; --k) in.text(in.number(2));
   } else {
-    unreadable_particles(path, fmt::format("its attribute '{}' has type {}; types that are read: 0, 1, 4, 5", name, type));
+    unreadable_particles(path,
+                         fmt::format("its attribute '{}' has type {}; types that are read: 0, 1, 4, 5", name, type));
   }
   if (real && size == 3 && (name == "v" || name == "velocity")) layout.velocity = layout.numbers;
   if (real && size == 1 && name == "mass") layout.mass = layout.numbers;

@@ -56,7 +56,8 @@ class NpzReader {
   void list_members() {
     constexpr std::size_t length = 22;  // of the record at the end, without a comment
     const std::size_t end = bytes_.rfind("PK\5\6");
-    if (!bytes_.starts_with("PK") || end == std::string::npos || bytes_.size() - end < length) refuse("it is not an archive of NumPy's savez");
+    if (!bytes_.starts_with("PK") || end == std::string::npos || bytes_.size() - end < length)
+      refuse("it is not an archive of NumPy's savez");
     std::size_t at = number(end + 16, 4);
     for (std::size_t k = number(end + 10, 2); k > 0; --k) {
       if (number(at, 4) != 0x02014b50) refuse("its list of arrays is broken");
@@ -115,7 +116,8 @@ class NpzReader {
     const bool by_columns = value_of(header, "fortran_order") == "True";
     for (std::size_t i = 0; i < array.rows; ++i)
       for (std::size_t c = 0; c < array.columns; ++c) {
-        const char* const from = bytes.data() + begin + width * (by_columns ? c * array.rows + i : i * array.columns + c);
+        const char* const from =
+            bytes.data() + begin + width * (by_columns ? c * array.rows + i : i * array.columns + c);
         double value = 0;
         float half = 0;
         if (twice)
@@ -147,7 +149,8 @@ ParticleFile read_npz_file(const std::string& path) {
   if (position.rows == 0) archive.refuse("it has no array 'position' of shape (N, 3) with particles in it");
   for (const NpyArray& other : {velocity, mass})
     if (other.rows != 0 && other.rows != position.rows)
-      archive.refuse(fmt::format("its arrays have {} positions, but {} velocities or masses", position.rows, other.rows));
+      archive.refuse(
+          fmt::format("its arrays have {} positions, but {} velocities or masses", position.rows, other.rows));
   return {rows_of(position), rows_of(velocity), mass.values};
 }
 

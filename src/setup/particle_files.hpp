@@ -7,8 +7,8 @@
 
 namespace drench {
 
-/// Houdini's classic .bgeo (version 5), plain or gzipped: the points, `v` or `velocity`, and `mass`. SetupError: another
-/// version, Houdini's newer format, attributes of another type, an end before the last point.
+/// Houdini's classic .bgeo (version 5), plain or gzipped: the points, `v` or `velocity`, and `mass`. SetupError:
+/// another version, Houdini's newer format, attributes of another type, an end before the last point.
 ParticleFile read_bgeo_file(const std::string& path);
 
 /// Arrays that NumPy saved by `savez` or `savez_compressed`, float32 or float64: `position`, of shape (N, 3), and if it

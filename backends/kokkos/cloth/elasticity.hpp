@@ -14,16 +14,26 @@ KOKKOS_INLINE_FUNCTION Vector3<T> separation(const Real3& start_i, const Vector3
   return (in_precision<T>(start_i) - in_precision<T>(start_j)) + (shift_i - shift_j);
 }
 
-/// −k (1 − L/|x_ij|), N/m: times x_ij it is the force on node i of an edge spring (Liu et al. 2013), −k (x_ij − L
-/// x_ij/|x_ij|); x_ij = x_i − x_j in m, rest length L in m, k in N/m. Coincident ends: d_e = 0.
+/// |x⁰_ij|² − L² of an edge at the start of the step, m², computed in double: in float, differences of nearly equal
+/// numbers have few digits, and their rounding would be forces that no iteration balances.
 template <class T>
-KOKKOS_INLINE_FUNCTION T spring_pull(const Vector3<T>& x_ij, Real rest_length, Real stiffness) {
-  const T square = dot(x_ij, x_ij);
-  return square > 0 ? -stiffness * (1 - rest_length * inverse_root(square)) : T(0);
+KOKKOS_INLINE_FUNCTION T spring_excess(const Real3& start_i, const Real3& start_j, Real rest_length) {
+  const Double3 apart = widen(start_i) - widen(start_j);
+  return T(dot(apart, apart) - double(rest_length) * double(rest_length));
 }
+/// −k (1 − L/|x_ij|), N/m: times x_ij it is the force on node i of an edge spring (Liu et al. 2013), −k (x_ij − L
+/// x_ij/|x_ij|); x_ij = x⁰_ij + u_ij in m, `excess` = spring_excess, rest length L in m, k in N/m. |x|² − L² follows
+/// from that at x⁰. Coincident ends: d_e = 0.
 template <class T>
-KOKKOS_INLINE_FUNCTION Vector3<T> spring_force(const Vector3<T>& x_ij, Real rest_length, Real stiffness) {
-  return spring_pull(x_ij, rest_length, stiffness) * x_ij;
+KOKKOS_INLINE_FUNCTION T spring_pull(const Vector3<T>& start_ij, const std::type_identity_t<Vector3<T>>& u_ij,
+                                     std::type_identity_t<T> excess, Real rest_length, Real stiffness) {
+  const Vector3<T> x_ij = start_ij + u_ij;
+  const T square = fused_square(x_ij);
+  if (!(square > 0)) return 0;
+  const Vector3<T> twice = start_ij + x_ij;
+  const T inverse = inverse_root(square),
+          beyond = fused(twice.z, u_ij.z, fused(twice.y, u_ij.y, fused(twice.x, u_ij.x, excess)));
+  return quotient(-stiffness * inverse * beyond, square * inverse + T(rest_length));
 }
 
 /// What strain_damping_force needs of an edge, N/m³: k τ/Δt/|x⁰_ij|²; `start_ij` = x⁰_ij in m, `rate` = τ/Δt.
@@ -141,10 +151,10 @@ KOKKOS_INLINE_FUNCTION Columns<T> membrane_stress(const Yarns<T>& now, const Yar
   T u, v, p, q;
   const Vector3<T> along_u = direction_of(now.u, u), along_v = direction_of(now.v, v);
   const Vector3<T> along_p = direction_of(now.p, p), along_q = direction_of(now.q, q);
-  const T strain_u = (excess.u + dot(before.u + now.u, moved.u)) / (u + 1);
-  const T strain_v = (excess.v + dot(before.v + now.v, moved.v)) / (v + 1);
+  const T strain_u = quotient(excess.u + dot(before.u + now.u, moved.u), u + 1);
+  const T strain_v = quotient(excess.v + dot(before.v + now.v, moved.v), v + 1);
   const T both = excess.both + dot(before.u, moved.v) + dot(moved.u, now.v);
-  const T sheared = p + q > 0 ? 2 * both / (p + q) : T(0);
+  const T sheared = p + q > 0 ? quotient(2 * both, p + q) : T(0);
   Vector3<T> of_u = (-m.warp * strain_u) * along_u, of_v = (-m.weft * strain_v) * along_v;
   Vector3<T> of_p = (-m.shear * sheared) * along_p, of_q = (m.shear * sheared) * along_q;
   if (rate > 0) {

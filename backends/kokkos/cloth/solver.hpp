@@ -85,15 +85,17 @@ struct ClothSystem {
             materials(n).rigid_share};
   }
 
-  /// Adds what a link does to its node, N; `apart` = x⁰_n − x⁰_m, `moved_apart` = u_n − u_m, `damping`: strain_damping.
+  /// Adds what a link does to its node, N; `apart` = x⁰_n − x⁰_m, `moved_apart` = u_n − u_m, `excess`: spring_excess,
+  /// `damping`: strain_damping.
   template <class T>
   KOKKOS_INLINE_FUNCTION static void add_link(Vector3<T>& force, const Link& l, const Vector3<T>& apart,
-                                              const Vector3<T>& moved_apart, Real damping) {
+                                              const Vector3<T>& moved_apart, std::type_identity_t<T> excess,
+                                              Real damping) {
     const Vector3<T> x = apart + moved_apart;
     // −Σ_m B_nm x_m = Σ_m B_nm (x_n − x_m): the rows of B sum to 0
     T pull = l.bend;
-    if (l.stiffness > 0) pull += spring_pull(x, l.length, l.stiffness);
-    force += pull * x;
+    if (l.stiffness > 0) pull += spring_pull(apart, moved_apart, excess, l.length, l.stiffness);
+    force = fused_sum(force, pull, x);
     if (damping > 0) force += strain_damping_force(apart, moved_apart, damping);
   }
   /// What the links of a node do to it, N, in the precision of the shifts.
@@ -111,7 +113,8 @@ struct ClothSystem {
       const Link l = link(r);
       const Vector apart = here - in_precision<T>(start(l.other));
       const Real damping = rate > 0 ? strain_damping(start(n) - start(l.other), l.stiffness, rate) : Real(0);
-      add_link(force, l, apart, moved - shift(l.other), damping);
+      const T excess = l.stiffness > 0 ? spring_excess<T>(start(n), start(l.other), l.length) : T(0);
+      add_link(force, l, apart, moved - shift(l.other), excess, damping);
     }
     return force;
   }
@@ -196,12 +199,10 @@ struct ClothSystem {
   /// What the spring of edge e does to its first node, its damping with it, N.
   KOKKOS_INLINE_FUNCTION Real3 edge_force(Index e, const Entries<const Real3>& shift) const {
     const Index i = edge(2 * e), j = edge(2 * e + 1);
-    Real3 force = spring_force(separation(start(i), shift(i), start(j), shift(j)), edge_length(e), edge_stiffness(e));
-    const Real rate = strain_damping_rate(i);
-    if (rate > 0) {
-      const Real3 apart = start(i) - start(j);
-      force += strain_damping_force(apart, shift(i) - shift(j), strain_damping(apart, edge_stiffness(e), rate));
-    }
+    const Real3 apart = start(i) - start(j), moved = shift(i) - shift(j);
+    const Real excess = spring_excess<Real>(start(i), start(j), edge_length(e)), rate = strain_damping_rate(i);
+    Real3 force = spring_pull(apart, moved, excess, edge_length(e), edge_stiffness(e)) * (apart + moved);
+    if (rate > 0) force += strain_damping_force(apart, moved, strain_damping(apart, edge_stiffness(e), rate));
     return force;
   }
 

@@ -77,23 +77,6 @@ struct Kernel {
   }
 };
 
-/// a b + c, in one operation on a GPU. (The compiler is told not to make these by itself.)
-KOKKOS_INLINE_FUNCTION Real fused(Real a, Real b, Real c) {
-#ifdef __CUDA_ARCH__
-  return ::fma(a, b, c);
-#else
-  return a * b + c;
-#endif
-}
-/// a · b, r², and v + f r.
-KOKKOS_INLINE_FUNCTION Real fused_dot(const Real3& a, const Real3& b) {
-  return fused(a.z, b.z, fused(a.y, b.y, a.x * b.x));
-}
-KOKKOS_INLINE_FUNCTION Real fused_square(const Real3& r) { return fused_dot(r, r); }
-KOKKOS_INLINE_FUNCTION Real3 fused_sum(const Real3& v, Real f, const Real3& r) {
-  return {fused(f, r.x, v.x), fused(f, r.y, v.y), fused(f, r.z, v.z)};
-}
-
 /// (dW/dr)/r of two liquid particles over Kernel::grad_scale, 1, with the sign turned: what Kernel::pair has, in fewer
 /// instructions, for lists that keep no factors. Any unit of length that `support` is in.
 struct PairSlope {
@@ -120,7 +103,7 @@ struct PairSlope {
     const Real inverse = inverse_root(square + trace);
 #endif
     const Real c = larger(square * inverse * inverse_h, held), p = 1 - c;
-    const Real t = larger(fused(-2, c, 1), Real(0));
+    const Real t = larger(fused<Real>(-2, c, 1), Real(0));
     Real steep = fused(-inner * t, t, p * p);
     if (wendland) steep *= p * c;
     return steep * (h * inverse);

@@ -224,6 +224,29 @@ template <class T>
 KOKKOS_INLINE_FUNCTION T dot(const Vector3<T>& a, const std::type_identity_t<Vector3<T>>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
+/// a b + c, in one operation on a GPU. (The compiler is told not to make these by itself.)
+template <class T>
+KOKKOS_INLINE_FUNCTION T fused(std::type_identity_t<T> a, std::type_identity_t<T> b, T c) {
+#ifdef __CUDA_ARCH__
+  return ::fma(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
+/// a · b, r², and v + f r.
+template <class T>
+KOKKOS_INLINE_FUNCTION T fused_dot(const Vector3<T>& a, const std::type_identity_t<Vector3<T>>& b) {
+  return fused(a.z, b.z, fused(a.y, b.y, a.x * b.x));
+}
+template <class T>
+KOKKOS_INLINE_FUNCTION T fused_square(const Vector3<T>& r) {
+  return fused_dot(r, r);
+}
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> fused_sum(const Vector3<T>& v, std::type_identity_t<T> f,
+                                            const std::type_identity_t<Vector3<T>>& r) {
+  return {fused(f, r.x, v.x), fused(f, r.y, v.y), fused(f, r.z, v.z)};
+}
 /// The larger of two numbers, a if b is not one. A host's fmax is a call of its library.
 template <class A, class B>
 KOKKOS_INLINE_FUNCTION std::common_type_t<A, B> larger(A a, B b) {
@@ -241,6 +264,14 @@ KOKKOS_INLINE_FUNCTION std::common_type_t<A, B> smaller(A a, B b) {
 #else
   return b < a ? b : a;
 #endif
+}
+/// a/b; a GPU has an instruction for it, to 2 ulp for 2⁻¹²⁶ < |b| < 2¹²⁶, where an exact division calls a function.
+template <class T>
+KOKKOS_INLINE_FUNCTION T quotient(T a, T b) {
+#ifdef __CUDA_ARCH__
+  if constexpr (std::is_same_v<T, float>) return ::__fdividef(a, b);
+#endif
+  return a / b;
 }
 /// 1/√x; a GPU has an instruction for it, to 2 ulp, where root and division are exact and take several times as long.
 template <class T>

@@ -50,7 +50,7 @@ struct Iterate {
 struct NearLink {
   Link link{};
   Real3 apart;
-  Real damping = 0;
+  Real excess = 0, damping = 0;
 };
 
 /// A triangle of a node with all that stays the same.
@@ -143,7 +143,8 @@ struct NodeIterates {
       if (first + lanes * k < last) {
         const Link l = s.link(first + lanes * k);
         const Real3 apart = terms.start - s.start(l.other);
-        link[k] = {l, apart, rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0)};
+        link[k] = {l, apart, l.stiffness > 0 ? spring_excess<Real>(terms.start, s.start(l.other), l.length) : Real(0),
+                   rate > 0 ? strain_damping(apart, l.stiffness, rate) : Real(0)};
         if constexpr (in_patches) set_other(k, patch.local[first + lanes * k]);
       }
     if constexpr (triangles > 0) {
@@ -215,7 +216,7 @@ struct NodeIterates {
     Real3 force;
 #pragma unroll
     for (int k = 0; k < kept; ++k)
-      ClothSystem::add_link(force, link[k].link, link[k].apart, moved - other[k], link[k].damping);
+      ClothSystem::add_link(force, link[k].link, link[k].apart, moved - other[k], link[k].excess, link[k].damping);
     if constexpr (triangles > 0) {
 #pragma unroll
       for (int k = 0; k < triangles; ++k)
