@@ -14,10 +14,15 @@ KOKKOS_INLINE_FUNCTION Vector3<T> separation(const Real3& start_i, const Vector3
   return (in_precision<T>(start_i) - in_precision<T>(start_j)) + (shift_i - shift_j);
 }
 
-/// |x⁰_ij|² − L² of an edge at the start of the step, m², computed in double: in float, differences of nearly equal
-/// numbers have few digits, and their rounding would be forces that no iteration balances.
+/// Differences of nearly equal numbers have few digits in float, and their rounding would be forces that no iteration
+/// balances. In double they have enough.
+template <class T>
+constexpr bool enough_digits = std::is_same_v<T, double>;
+
+/// |x⁰_ij|² − L² of an edge at the start of the step, m², computed in double; 0 where digits are enough without it.
 template <class T>
 KOKKOS_INLINE_FUNCTION T spring_excess(const Real3& start_i, const Real3& start_j, Real rest_length) {
+  if constexpr (enough_digits<T>) return 0;
   const Double3 apart = widen(start_i) - widen(start_j);
   return T(dot(apart, apart) - double(rest_length) * double(rest_length));
 }
@@ -30,6 +35,7 @@ KOKKOS_INLINE_FUNCTION T spring_pull(const Vector3<T>& start_ij, const std::type
   const Vector3<T> x_ij = start_ij + u_ij;
   const T square = fused_square(x_ij);
   if (!(square > 0)) return 0;
+  if constexpr (enough_digits<T>) return -stiffness * (1 - rest_length * inverse_root(square));
   const Vector3<T> twice = start_ij + x_ij;
   const T inverse = inverse_root(square),
           beyond = fused(twice.z, u_ij.z, fused(twice.y, u_ij.y, fused(twice.x, u_ij.x, excess)));
@@ -123,8 +129,7 @@ template <class T = Real>
 struct YarnExcess {
   T u = 0, v = 0, both = 0;
 };
-/// Of a triangle with these edges (m), computed in double: in float, differences of nearly equal numbers have few
-/// digits, and their rounding would be forces that no iteration balances.
+/// Of a triangle with these edges (m), computed in double; 0 where digits are enough without it.
 template <class T>
 KOKKOS_INLINE_FUNCTION YarnExcess<T> yarn_excess(const Double3& first, const Double3& second,
                                                  const TriangleShape& shape, const Membrane<Real>& m) {
@@ -151,10 +156,13 @@ KOKKOS_INLINE_FUNCTION Columns<T> membrane_stress(const Yarns<T>& now, const Yar
   T u, v, p, q;
   const Vector3<T> along_u = direction_of(now.u, u), along_v = direction_of(now.v, v);
   const Vector3<T> along_p = direction_of(now.p, p), along_q = direction_of(now.q, q);
-  const T strain_u = quotient(excess.u + dot(before.u + now.u, moved.u), u + 1);
-  const T strain_v = quotient(excess.v + dot(before.v + now.v, moved.v), v + 1);
-  const T both = excess.both + dot(before.u, moved.v) + dot(moved.u, now.v);
-  const T sheared = p + q > 0 ? quotient(2 * both, p + q) : T(0);
+  T strain_u = u - 1, strain_v = v - 1, sheared = p - q;
+  if constexpr (!enough_digits<T>) {
+    strain_u = quotient(excess.u + dot(before.u + now.u, moved.u), u + 1);
+    strain_v = quotient(excess.v + dot(before.v + now.v, moved.v), v + 1);
+    const T both = excess.both + dot(before.u, moved.v) + dot(moved.u, now.v);
+    sheared = p + q > 0 ? quotient(2 * both, p + q) : T(0);
+  }
   Vector3<T> of_u = (-m.warp * strain_u) * along_u, of_v = (-m.weft * strain_v) * along_v;
   Vector3<T> of_p = (-m.shear * sheared) * along_p, of_q = (m.shear * sheared) * along_q;
   if (rate > 0) {

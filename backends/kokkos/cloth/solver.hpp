@@ -173,9 +173,13 @@ struct ClothSystem {
     Columns<T> stress;
     if (limit_stiffness.exist()) stress = strain_limit_stress(first, second, t.shape, t.limit, t.limit_stiffness);
     if (!membrane.exist()) return stress;
-    const Columns<T> own = membrane_stress(
-        yarns_of(first, second, t.shape, t.membrane), yarns_of(t.first, t.second, t.shape, t.membrane),
-        yarns_of(u_b - u_a, u_c - u_a, t.shape, t.membrane), t.excess, t.membrane, t.damping_rate, t.softening);
+    Yarns<T> before, moved;
+    if (!enough_digits<T> || t.damping_rate > 0) {
+      before = yarns_of(t.first, t.second, t.shape, t.membrane);
+      moved = yarns_of(u_b - u_a, u_c - u_a, t.shape, t.membrane);
+    }
+    const Columns<T> own = membrane_stress(yarns_of(first, second, t.shape, t.membrane), before, moved, t.excess,
+                                           t.membrane, t.damping_rate, t.softening);
     stress.first += own.first;
     stress.second += own.second;
     return stress;
