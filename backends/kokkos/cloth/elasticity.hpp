@@ -36,9 +36,9 @@ KOKKOS_INLINE_FUNCTION T spring_pull(const Vector3<T>& start_ij, const std::type
   const T square = fused_square(x_ij);
   if (!(square > 0)) return 0;
   if constexpr (enough_digits<T>) return -stiffness * (1 - rest_length * inverse_root(square));
-  const Vector3<T> twice = start_ij + x_ij;
+  const Vector3<T> sum = start_ij + x_ij;  // |x|² − |x⁰|² = (x⁰ + x)·u
   const T inverse = inverse_root(square),
-          beyond = fused(twice.z, u_ij.z, fused(twice.y, u_ij.y, fused(twice.x, u_ij.x, excess)));
+          beyond = fused(sum.z, u_ij.z, fused(sum.y, u_ij.y, fused(sum.x, u_ij.x, excess)));
   return quotient(-stiffness * inverse * beyond, square * inverse + T(rest_length));
 }
 
@@ -133,6 +133,7 @@ struct YarnExcess {
 template <class T>
 KOKKOS_INLINE_FUNCTION YarnExcess<T> yarn_excess(const Double3& first, const Double3& second,
                                                  const TriangleShape& shape, const Membrane<Real>& m) {
+  if constexpr (enough_digits<T>) return {};
   const Yarns<double> y = yarns_of(first, second, shape, m);
   return {T(dot(y.u, y.u) - 1), T(dot(y.v, y.v) - 1), T(dot(y.u, y.v))};
 }

@@ -138,22 +138,21 @@ void ClothTangent::add_triangles(const ClothSystem& s, const std::vector<Double3
   Matrix3* const block = of_triangle_.data();
   parallel("drench::cloth::tangent_triangles", triangles_, [=](const Index t) {
     const auto moved = [u](const Index n) { return narrow(u[n]); };
-    CornerGradient corner[3];
-    for (Index c = 1; c < 3; ++c) corner[c] = corner_gradient(s.triangle_shape(t), c);
+    const CornerGradient b = corner_gradient(s.triangle_shape(t), 1), c = corner_gradient(s.triangle_shape(t), 2);
     LimitStiffness limit;
     Matrix3 first = Matrix3::Zero(), second = Matrix3::Zero(), both = Matrix3::Zero();
     if (s.limit_stiffness.exist() && limit_stiffness(s, t, moved, limit)) {
-      first = matrix(limit.between(corner[1], corner[1]));
-      second = matrix(limit.between(corner[2], corner[2]));
-      both = matrix(limit.between(corner[1], corner[2]));
+      first = matrix(limit.between(b, b));
+      second = matrix(limit.between(c, c));
+      both = matrix(limit.between(b, c));
     }
     if (s.membrane.exist()) {
       const MembraneStiffness membrane(s, t, moved);
-      first += matrix(membrane.between(corner[1], corner[1]));
-      second += matrix(membrane.between(corner[2], corner[2]));
-      both += matrix(membrane.between(corner[1], corner[2]));
+      first += matrix(membrane.between(b, b));
+      second += matrix(membrane.between(c, c));
+      both += matrix(membrane.between(b, c));
     }
-    // Moved as a whole, a triangle resists with nothing.
+    // A triangle that moves as a whole does not resist, so the blocks of a row have the sum 0.
     Matrix3* const own = block + 6 * t;
     own[0] = (first + second) + (both + both.transpose());
     own[1] = first;
