@@ -21,15 +21,19 @@ class BgeoCursor {
   BgeoCursor(const std::string& path, const std::string& bytes) : path_(path), bytes_(bytes) {}
 
   std::size_t left() const { return bytes_.size() - at_; }
-  std::string text(std::size_t length) {
+  void skip(std::size_t length) {
     if (length > left())
       unreadable_particles(path_, fmt::format("it ends after {} bytes, before its header or points do", bytes_.size()));
     at_ += length;
+  }
+  std::string text(std::size_t length) {
+    skip(length);
     return bytes_.substr(at_ - length, length);
   }
   std::uint32_t number(std::size_t bytes = number_bytes) {
+    skip(bytes);
     std::uint32_t value = 0;
-    for (const char c : text(bytes)) value = value << 8 | static_cast<unsigned char>(c);
+    for (std::size_t k = at_ - bytes; k < at_; ++k) value = value << 8 | static_cast<unsigned char>(bytes_[k]);
     return value;
   }
   double real() { return double(std::bit_cast<float>(number())); }
@@ -52,9 +56,9 @@ void read_attribute(BgeoCursor& in, const std::string& path, BgeoLayout& layout)
   const std::uint32_t type = in.number();
   const bool real = type == 0 || type == 5;  // numbers; a vector
   if (real || type == 1) {
-    in.text(number_bytes * size);  // defaults
+    in.skip(number_bytes * size);  // defaults
   } else if (type == 4) {          // indices of texts
-    for (std::uint32_t k = in.number(); k > 0; --k) in.text(in.number(2));
+    for (std::uint32_t k = in.number(); k > 0; --k) in.skip(in.number(2));
   } else {
     unreadable_particles(path,
                          fmt::format("its attribute '{}' has type {}; types that are read: 0, 1, 4, 5", name, type));
@@ -72,7 +76,7 @@ ParticleFile read_bgeo_file(const std::string& path) {
   if (bytes.starts_with("\x7fNSJ"))
     unreadable_particles(path, "it has the format of Houdini 12 and newer; save it as .bhclassic or .ply");
   if (!bytes.starts_with("BgeoV")) unreadable_particles(path, "it is not a .bgeo file");
-  in.text(5);
+  in.skip(5);
   if (const std::uint32_t version = in.number(); version != 5)
     unreadable_particles(path, fmt::format("its version is {}; allowed: 5", version));
   std::array<std::uint32_t, 8> counts;  // points, primitives, two of groups, attributes of points, and three more
@@ -89,7 +93,7 @@ ParticleFile read_bgeo_file(const std::string& path) {
     for (std::size_t k = 0; k < layout.numbers; ++k) {
       const double value = in.real();
       if (k < 3) place[k] = value;
-      if (layout.velocity && k - *layout.velocity < 3) velocity[k - *layout.velocity] = value;
+      if (layout.velocity && k >= *layout.velocity && k < *layout.velocity + 3) velocity[k - *layout.velocity] = value;
       if (k == layout.mass) mass = value;
     }
     file.position.push_back(place);

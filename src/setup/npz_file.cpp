@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <cstdint>
+#include <cstdio>
 #include <cstring>
-#include <initializer_list>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "setup/packed_file.hpp"
 #include "setup/particle_files.hpp"
@@ -21,21 +21,33 @@ struct NpyArray {
   std::vector<double> values;  // row by row
 };
 
+/// A little-endian number.
+std::size_t little_endian(const std::string& bytes, std::size_t at, std::size_t length) {
+  std::size_t value = 0;
+  for (std::size_t k = length; k-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
+  return value;
+}
+
+template <class Number>
+double number_at(const char* from) {
+  Number value;
+  std::memcpy(&value, from, sizeof(value));
+  return double(value);
+}
+
 /// Reads .npz: a .zip of one .npy per array.
 class NpzReader {
  public:
   explicit NpzReader(const std::string& path) : path_(path), bytes_(unzipped_file(path)) { list_members(); }
 
-  /// The first of these arrays that there is, of `columns`; without rows if there is none.
-  NpyArray array(std::initializer_list<const char*> names, std::size_t columns) const {
-    for (const char* name : names)
-      if (const auto member = members_.find(std::string(name) + ".npy"); member != members_.end()) {
-        NpyArray found = parsed(name, content(member->second));
-        if (found.columns != columns)
-          refuse(fmt::format("its array '{}' has {} columns; allowed: {}", name, found.columns, columns));
-        return found;
-      }
-    return {};
+  /// An array of so many columns; without rows if there is none of that name.
+  NpyArray array(const std::string& name, std::size_t columns) const {
+    const auto member = members_.find(name + ".npy");
+    if (member == members_.end()) return {};
+    NpyArray found = parsed(name, content(member->second));
+    if (found.columns != columns)
+      refuse(fmt::format("its array '{}' has {} columns; allowed: {}", name, found.columns, columns));
+    return found;
   }
   [[noreturn]] void refuse(const std::string& why) const { unreadable_particles(path_, why); }
 
@@ -48,9 +60,7 @@ class NpzReader {
 
   std::size_t number(std::size_t at, std::size_t length) const {
     if (at > bytes_.size() || length > bytes_.size() - at) refuse("it ends too early");
-    std::size_t value = 0;
-    for (std::size_t k = length; k-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes_[at + k]);
-    return value;
+    return little_endian(bytes_, at, length);
   }
   /// The list of members stands at the end of the archive.
   void list_members() {
@@ -78,7 +88,7 @@ class NpzReader {
     // What deflate packs shrinks to a thousandth at best.
     const bool sound = m.method == 8 ? m.size / 1100 <= m.packed : m.method == 0 && m.size == m.packed;
     std::string whole;
-    if (sound) whole = m.method == 8 ? inflated(packed, m.size, m.checksum) : packed;
+    if (sound) whole = m.method == 8 ? inflated(packed, m.size) : packed;
     if (whole.empty() || checksum_of(whole) != m.checksum) refuse("one of its arrays cannot be unpacked");
     return whole;
   }
@@ -91,18 +101,16 @@ class NpzReader {
     const std::size_t end = header[begin] == '(' ? header.find(')', begin) : header.find_first_of(",}", begin);
     return end == std::string::npos ? std::string() : header.substr(begin, end - begin);
   }
-  NpyArray parsed(const char* name, const std::string& bytes) const {
+  NpyArray parsed(const std::string& name, const std::string& bytes) const {
     const auto wrong = [&](const std::string& why) { refuse(fmt::format("its array '{}' {}", name, why)); };
     if (!bytes.starts_with("\x93NUMPY") || bytes.size() < 12) wrong("is not an array of NumPy");
     const std::size_t length_bytes = bytes[6] == 1 ? 2 : 4;
-    std::size_t header_length = 0;
-    for (std::size_t k = length_bytes; k-- > 0;)
-      header_length = header_length << 8 | static_cast<unsigned char>(bytes[8 + k]);
+    const std::size_t header_length = little_endian(bytes, 8, length_bytes);
     const std::size_t begin = 8 + length_bytes + header_length;
     if (begin > bytes.size()) wrong("ends within its header");
     const std::string header = bytes.substr(8 + length_bytes, header_length), type = value_of(header, "descr");
-    const bool twice = type == "'<f8'";
-    if (!twice && type != "'<f4'") wrong(fmt::format("has the type {}; allowed: float32, float64", type));
+    const std::size_t width = type == "'<f8'" ? 8 : 4;
+    if (width == 4 && type != "'<f4'") wrong(fmt::format("has the type {}; allowed: float32, float64", type));
     NpyArray array;
     const std::string shape = value_of(header, "shape");
     unsigned long long rows = 0, columns = 1;
@@ -111,20 +119,14 @@ class NpzReader {
       wrong(fmt::format("has the shape {}); allowed: (N, 3), of masses (N)", shape));
     array.rows = rows;
     array.columns = columns;
-    const std::size_t width = twice ? 8 : 4, count = (bytes.size() - begin) / width;
+    const std::size_t count = (bytes.size() - begin) / width;
     if (array.rows != count / array.columns || count % array.columns != 0) wrong("has another length than its shape");
     const bool by_columns = value_of(header, "fortran_order") == "True";
     for (std::size_t i = 0; i < array.rows; ++i)
       for (std::size_t c = 0; c < array.columns; ++c) {
         const char* const from =
             bytes.data() + begin + width * (by_columns ? c * array.rows + i : i * array.columns + c);
-        double value = 0;
-        float half = 0;
-        if (twice)
-          std::memcpy(&value, from, width);
-        else
-          std::memcpy(&half, from, width);
-        array.values.push_back(twice ? value : double(half));
+        array.values.push_back(width == 8 ? number_at<double>(from) : number_at<float>(from));
       }
     return array;
   }
@@ -144,8 +146,8 @@ std::vector<Vec3> rows_of(const NpyArray& array) {
 
 ParticleFile read_npz_file(const std::string& path) {
   const NpzReader archive(path);
-  const NpyArray position = archive.array({"position", "positions", "points", "x"}, 3);
-  const NpyArray velocity = archive.array({"velocity", "velocities", "v"}, 3), mass = archive.array({"mass"}, 1);
+  const NpyArray position = archive.array("position", 3);
+  const NpyArray velocity = archive.array("velocity", 3), mass = archive.array("mass", 1);
   if (position.rows == 0) archive.refuse("it has no array 'position' of shape (N, 3) with particles in it");
   for (const NpyArray& other : {velocity, mass})
     if (other.rows != 0 && other.rows != position.rows)

@@ -44,7 +44,8 @@ fluid:
         offset: {keys: [[0, [0, 0, 0]], [1, [0, 0.1, 0]]], interpolation: smooth},
         spin: {axis: [0, 0, 1], degrees_per_second: [[0, 0], [1, 90]], center: [0, 2, 0]}}}
     - mesh_jet: {file: mesh.PLY, scale: 100, unit: mm, up: z, position: [0, 1, 0],
-        rotate: {axis: [0, 0, 1], degrees: 8}, speed: [[0, 0], [1, 2]], direction: [0, -1, 0.5], motion: {velocity: [0, 0.1, 0],
+        rotate: {axis: [0, 0, 1], degrees: 8}, speed: [[0, 0], [1, 2]], direction: [0, -1, 0.5],
+        motion: {velocity: [0, 0.1, 0],
         offset: [[0, [0, 0, 0]], [2, [0.2, 0, 0]]], spin: {axis: [1, 0, 0], degrees_per_second: 30, center: [1, 0, 0]}},
         start: 0.1, end: 3, concentration: 0.01}
     - mesh_jet: {sequence: [mesh.PLY, mesh.PLY], fps: 12, speed: 1.5}
