@@ -20,7 +20,8 @@ constexpr Index many_changed = 20;   // nodes whose free directions differ from 
 constexpr Index few_toggled = 2;     // nodes that may change their state while steps are combined
 constexpr double most_growth = 2;    // of the residual that a step may cause
 constexpr int most_halvings = 3;     // of a step
-constexpr int late_after = 6;        // iterations: then what presses touches, whatever sweeps foresee
+constexpr int late_after = 6;        // iterations: then what presses touches, whatever sweeps foresee, ...
+constexpr Index many_toggled = 40;   // ... if so many nodes still change their state
 constexpr int slow_after = 4;        // iterations: then what has not halved in three of them is relaxed locally
 constexpr double same_way = 0.3;     // cosine between two steps of a slow solve above which the second is lengthened
 constexpr double longest = 32;       // times the Newton step: the most that it is lengthened
@@ -162,7 +163,7 @@ bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSy
   const int cap = std::min(most, most_iterations);
   for (int k = 0; k < cap && !(now_.over_goal <= 1 && k > 0); ++k) {
     stop_if_requested();
-    late_ = k >= late_after;
+    late_ = k >= late_after && toggled_ > many_toggled;
     slow_ = k >= slow_after && now_.over_goal > 0.5 * past[at(k - 3)];
     past.push_back(now_.over_goal);
     if (slow_ && relax_locally(s)) {
