@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,9 @@ import numpy as np
 from .state import numbers
 
 #: Keys of a mesh from memory beside those of a mesh file.
-MESH_KEYS = ("points", "faces", "uv")
+MESH_KEYS = ("points", "faces", "uv", "attributes")
+#: Names that properties of points in a PLY file have already.
+TAKEN = ("x", "y", "z", "s", "t", "u", "v", "texture_u", "texture_v")
 
 
 def _numbers(where: str, values: Any, columns: int) -> np.ndarray:
@@ -44,8 +46,23 @@ def _equal_faces(faces: np.ndarray) -> tuple[int, bytes]:
     return len(faces), record.tobytes()
 
 
-def write_mesh(path: Path, where: str, points: Any, faces: Any, uv: Any = None) -> None:
-    """Write points (n, 3), faces (indices of points, 3 or more each) and texture coordinates (n, 2) as binary PLY."""
+def _attributes(where: str, attributes: Any, points: int) -> Iterator[tuple[str, np.ndarray]]:
+    if attributes is None:
+        return
+    if not isinstance(attributes, Mapping):
+        raise ValueError(f"{where}.attributes: is {type(attributes).__name__}; needed: a dict of name: one number per point")
+    for name, values in attributes.items():
+        if not isinstance(name, str) or not name or any(c.isspace() for c in name) or name in TAKEN:
+            raise ValueError(f"{where}.attributes: {name!r} is not a name; allowed: a word other than {', '.join(TAKEN)}")
+        array = numbers(f"{where}.attributes.{name}", values)
+        if array.shape != (points,):
+            raise ValueError(f"{where}.attributes.{name}: is of shape {array.shape}; needed: one number per point, {points}")
+        yield name, array.astype(float)[:, None]
+
+
+def write_mesh(path: Path, where: str, points: Any, faces: Any, uv: Any = None, attributes: Any = None) -> None:
+    """Write points (n, 3), faces (indices of points, 3 or more each), texture coordinates (n, 2) and attributes, a dict
+    of a number per point for each name, as binary PLY."""
     x = _numbers(f"{where}.points", points, 3)
     table = [x]
     names = ["x", "y", "z"]
@@ -55,6 +72,9 @@ def write_mesh(path: Path, where: str, points: Any, faces: Any, uv: Any = None) 
             raise ValueError(f"{where}.uv: {len(texture)} rows; needed: one per point, {len(x)}")
         table.append(texture)
         names += ["s", "t"]
+    for name, values in _attributes(where, attributes, len(x)):
+        table.append(values)
+        names.append(name)
     array = faces if isinstance(faces, np.ndarray) else None
     if array is not None and array.ndim == 2 and array.dtype.kind in "iu" and 3 <= array.shape[1] <= 255 and \
             array.size and array.min() >= 0 and array.max() < len(x):
@@ -122,7 +142,7 @@ class ArrayFiles:
         if "file" in mesh:
             raise ValueError(f"{where}.mesh: contains file and points; allowed: one of them")
         file = self.path(where.replace(".", "_") + ".ply")
-        write_mesh(file, f"{where}.mesh", mesh["points"], mesh["faces"], mesh.get("uv"))
+        write_mesh(file, f"{where}.mesh", mesh["points"], mesh["faces"], mesh.get("uv"), mesh.get("attributes"))
         rest = {key: value for key, value in mesh.items() if key not in MESH_KEYS}
         return {**entry, "mesh": {"file": file, **rest}}
 

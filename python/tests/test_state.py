@@ -291,6 +291,15 @@ def test_scenes_from_arrays_are_those_from_files(tmp_path):
         assert same_state(other.state(), run.state())
 
 
+def test_regions_are_painted_by_attributes():
+    points, faces = sheet(6)
+    cloth = {"mesh": {"points": points, "faces": faces, "attributes": {"felt": np.where(points[:, 0] > 0, 1.0, 0.0)}},
+             "areal_density": 0.2, "regions": [{"attribute": "felt", "areal_density": 0.6}]}
+    scene = drench.Scene({**SCENE, "cloth": [cloth]})
+    assert "attribute: \"felt\"" in scene.to_yaml()
+    drench.Simulation(scene).step()
+
+
 @pytest.mark.parametrize("mesh, what", [
     ({"points": [[0, 1]]}, "cloth.0.mesh.points: needs numbers of shape"),
     ({"points": np.zeros((0, 3))}, "cloth.0.mesh.points: needs numbers of shape"),
@@ -306,6 +315,9 @@ def test_scenes_from_arrays_are_those_from_files(tmp_path):
     ({"faces": [[0, 1, 2, 3], [0, 1, -1]]}, "indices from 0 to 3"),
     ({"faces": [[0, 1, 2**40]]}, "indices from 0 to 3"),
     ({"uv": [[0, 0]]}, "1 rows; needed: one per point, 4"),
+    ({"attributes": [1, 2]}, "attributes: is list; needed: a dict"),
+    ({"attributes": {"wax": [0, 1]}}, r"attributes.wax: is of shape \(2,\); needed: one number per point, 4"),
+    ({"attributes": {"x": np.zeros(4)}}, "attributes: 'x' is not a name"),
     ({"file": "sheet.ply"}, "file and points"),
 ])
 def test_wrong_arrays_are_refused(mesh, what):

@@ -24,20 +24,21 @@ namespace {
 /// The triangles and the dry mass of each region of a cloth.
 void print_regions(const Model& model) {
   for (const ClothMaterial& patch : model.patches) {
-    if (patch.region < 0) continue;
+    if (patch.region < 0 || patch.level > 1) continue;  // of a painted region: all levels at once
     const ClothScene& cloth = model.scene.cloths[static_cast<std::size_t>(patch.of_cloth)];
     Index count = 0;
     double area = 0;  // m²
     for (Index t = 0; t < model.mesh.triangles(); ++t) {
-      if (&model.material_of_triangle(t) != &patch) continue;
+      const ClothMaterial& own = model.material_of_triangle(t);
+      if (own.region != patch.region || own.of_cloth != patch.of_cloth) continue;
       const auto& corner = model.mesh.triangle[static_cast<std::size_t>(t)];
       const auto at = [&](std::size_t c) { return model.mesh.rest_position[static_cast<std::size_t>(corner[c])]; };
       area += triangle_area(at(0), at(1), at(2));
       ++count;
     }
-    fmt::print("{} of {}: {} triangles, {:.4g} m², {:.4g} kg/m² ({:.4g} g/m²)\n",
-               region_label(cloth.regions[static_cast<std::size_t>(patch.region)], patch.region), cloth.name, count,
-               area, patch.areal_density, 1000 * patch.areal_density);
+    const RegionScene& region = cloth.regions[static_cast<std::size_t>(patch.region)];
+    fmt::print("{} of {}: {} triangles, {:.4g} m², {:.4g} kg/m² ({:.4g} g/m²)\n", region_label(region, patch.region),
+               cloth.name, count, area, region.material.areal_density, 1000 * region.material.areal_density);
   }
 }
 
@@ -78,11 +79,14 @@ void print_parts(const Model& model, const HostState& state) {
                c.porous ? ", porous" : "", c.dynamics ? "" : ", does not move");
   print_regions(model);
   if (model.has_cloth()) {
-    const auto pinned = std::count(model.mesh.pinned.begin(), model.mesh.pinned.end(), 1);
+    const auto pinned = std::count(model.mesh.pinned.begin(), model.mesh.pinned.end(), 1),
+               softly = std::count_if(model.mesh.pin_stiffness.begin(), model.mesh.pin_stiffness.end(),
+                                      [](double k) { return k > 0; });
     double capacity = 0;
     for (const double c : model.samples.capacity) capacity += c;
-    fmt::print("cloth in all: {} nodes, {} pinned, {} edges, {} hinges, holds {:.4g} kg of liquid at saturation 1\n",
-               model.mesh.nodes(), pinned, model.mesh.edge.size(), model.mesh.hinge.size(), capacity);
+    fmt::print("cloth in all: {} nodes, {} pinned{}, {} edges, {} hinges, holds {:.4g} kg of liquid at saturation 1\n",
+               model.mesh.nodes(), pinned, softly > 0 ? fmt::format(", {} held by springs", softly) : "",
+               model.mesh.edge.size(), model.mesh.hinge.size(), capacity);
   }
   if (model.has_solute()) {
     Quanta fluid = 0, cloth = 0;

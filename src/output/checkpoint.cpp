@@ -266,6 +266,7 @@ std::uint64_t geometry_of(const Model& model) {
   sum.add(model.mesh.triangle);
   sum.add(model.mesh.pinned);
   if (model.has_stitches()) sum.add(model.mesh.stitch);
+  if (model.has_regions()) sum.add(model.mesh.triangle_material);
   sum.add(model.samples.triangle);
   sum.add(model.samples.weight);
   sum.add(model.boundary.position);

@@ -96,5 +96,7 @@ void check_drag(Section& s, const MaterialScene& fabric);
 
 // describe_bodies.cpp
 void describe(Section& s, BodyScene& body);
+void describe(Section& s, MotorScene& motor);
+void describe(Section& s, JointScene& joint);
 
 }  // namespace drench

@@ -88,7 +88,7 @@ void describe_rotate(Section& s, BodyScene& body) {
 void describe_place(Section& s, BodyScene& body) {
   s.one_line();
   s.numbers("position", body.place, coordinate_range, "m", "displacement, in addition to `mesh.position`");
-  s.section("rotate", body, describe_rotate, "rotation about the origin of the file");
+  s.section("rotate", body, describe_rotate, "rotation about the origin of the mesh file, or the centre of the box");
 }
 
 void describe_mesh(Section& s, BodyScene& body) {
@@ -113,7 +113,33 @@ void describe_mesh(Section& s, BodyScene& body) {
             "cannot be combined with sequence, which sets the motion; allowed: one of the two");
 }
 
+void describe_hinge(Section& s, JointScene& joint) {
+  s.one_line();
+  s.required().text("body", joint.body, "name of a dynamic body");
+  s.saved_if(!joint.to.empty()).text("to", joint.to, "name of the body that it is hinged to; default: the world");
+  s.required().numbers("point", joint.point, coordinate_range, "m", "a point on the axis, at the start");
+  s.required().numbers("axis", joint.axis, direction_range, "1", "axis at the start; its length does not matter");
+  check_not_zero(s, "axis", joint.axis);
+  s.numbers("limits", joint.limits, "[-180, 180]", "degrees",
+            "smallest and largest angle, by the right-hand rule, counted from the start; the default is no limit");
+  s.check(joint.limits[0] <= 0 && joint.limits[1] >= 0, "limits",
+          "excludes the start, where the angle is 0; allowed: [0 or less, 0 or more]");
+  s.optional(joint.motor.present).section("motor", joint.motor, "turns the body; at speed 0, a brake or friction");
+}
+
 }  // namespace
+
+void describe(Section& s, MotorScene& motor) {
+  s.one_line();
+  s.number("degrees_per_second", motor.degrees_per_second, "[-1e5, 1e5]", "degrees/s",
+           "speed of the body relative to the other, by the right-hand rule");
+  s.required().number("torque", motor.torque, "(0, 1e9]", "N·m", "largest torque");
+}
+
+void describe(Section& s, JointScene& joint) {
+  s.one_line();
+  s.required().section("hinge", joint, describe_hinge, "lets the body turn about one axis");
+}
 
 void describe(Section& s, BodyScene& body) {
   s.saved_if(!body.name.empty()).text("name", body.name, "name for programs, such as gripper");
@@ -124,10 +150,12 @@ void describe(Section& s, BodyScene& body) {
       .section("mesh", body, describe_mesh,
                "triangle mesh; holes are closed; a sheet that encloses no volume acts on liquid only and is rejected "
                "beside moving cloth");
-  s.saved_if(body.kind == Kind::mesh)
-      .section("place", body, describe_place, "initial placement of a mesh: rotated first, then moved");
-  s.check(!s.has("place") || body.kind == Kind::mesh, "place",
-          "applies only to meshes; allowed: only with the key mesh");
+  const BodyScene none;
+  const bool placed = body.place != none.place || body.rotate_degrees != none.rotate_degrees;
+  s.saved_if(body.kind == Kind::mesh || placed)
+      .section("place", body, describe_place, "initial placement of a mesh or a box: rotated first, then moved");
+  s.check(!s.has("place") || body.kind == Kind::mesh || (body.kind == Kind::box && !body.inside), "place",
+          "applies only to meshes and to boxes that are not containers; allowed: only with the key mesh or box");
 }
 
 }  // namespace drench

@@ -138,6 +138,8 @@ void check_pins(Section& s, const ClothScene& cloth) {
   for (std::size_t i = 0; i < cloth.pins.size(); ++i) {
     s.check(cloth.dynamics || !moves(cloth.pins[i]), fmt::format("pin.{}", i),
             "moves pins of a cloth with dynamics: false; allowed: only with dynamics: true");
+    s.check(cloth.dynamics || !cloth.pins[i].stiffness, fmt::format("pin.{}.stiffness", i),
+            "holds a cloth with dynamics: false by springs; allowed: only with dynamics: true");
   }
   if (!cloth.grid) return;
   const Index count = cloth.grid->nodes[0] * cloth.grid->nodes[1];
@@ -176,15 +178,35 @@ void check_weave(Section& s, const ClothScene& cloth) {
           "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
 }
 
+/// A painted region gives its fabric in the way of the cloth, so that there is something in between.
+void check_painted(Section& s, const MaterialScene& cloth, const MaterialScene& region, const std::string& key) {
+  const char* const as_the_cloth =
+      "differs in kind from that of the cloth; allowed in a painted region: the keys that "
+      "the cloth has, with other values";
+  s.check(region.membrane.has_value() == cloth.membrane.has_value(), key + (region.membrane ? "membrane" : "stretch"),
+          as_the_cloth);
+  s.check(region.has_warp == cloth.has_warp && region.warp == cloth.warp, key + "warp",
+          "is of the whole cloth where a region is painted; allowed: only as a key of the cloth");
+  const bool blocks = region.uptake_velocity == 0 && region.absorption == 0;
+  s.check(blocks || (region.uptake_velocity > 0) == (cloth.uptake_velocity > 0),
+          key + (region.uptake_velocity > 0 ? "porous.uptake_velocity" : "porous.absorption"), as_the_cloth);
+  s.check((region.fibre_diameter > 0) == (cloth.fibre_diameter > 0),
+          key + (region.fibre_diameter > 0 ? "porous.fibre_diameter" : "porous.forchheimer"), as_the_cloth);
+}
+
 /// What a region needs of its cloth.
 void check_regions(Section& s, const ClothScene& cloth) {
   const bool groups = !cloth.grid && (cloth.file.ends_with(".obj") || cloth.file.ends_with(".OBJ"));
+  const bool attributes = !cloth.grid && (cloth.file.ends_with(".ply") || cloth.file.ends_with(".PLY"));
   for (std::size_t i = 0; i < cloth.regions.size(); ++i) {
     const RegionScene& region = cloth.regions[i];
     const std::string key = fmt::format("regions.{}.", i);
     s.check(groups || region.kind != RegionScene::Kind::group, key + "group",
             fmt::format("applies only to meshes with groups, and {} has none; allowed: box, or an .obj file",
                         cloth.grid ? "a grid" : "a .ply or .stl file"));
+    s.check(attributes || region.kind != RegionScene::Kind::attribute, key + "attribute",
+            "applies only to .ply files, which have vertex attributes; allowed: box, or a .ply file");
+    if (region.kind == RegionScene::Kind::attribute) check_painted(s, cloth.material, region.material, key);
     s.check(!region.material.porous || cloth.material.porous, key + "porous",
             "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
     s.check(!(region.material.diffusivity > 0) || cloth.material.diffusivity > 0, key + "porous.diffusivity",
@@ -265,6 +287,8 @@ void describe(Section& s, PinScene& pin) {
   describe_sequence(s, pin.sequence, "files of the moving cloth mesh; the pins follow their nodes in them");
   s.saved_if(!pin.body.empty())
       .text("body", pin.body, "name of a body that the pins move and turn with, such as a gripper; not a dynamic one");
+  s.number("stiffness", pin.stiffness, "(0, 1e9]", "N/m",
+           "holds the nodes by springs of this stiffness in all, shared out by mass; default: rigid");
   s.saved_if(free).section("spin", pin, describe_pin_spin, "rotation between `start` and `end`");
   s.saved_if(free).number("start", pin.start, "[0, 1e6]", "s", "time at which the motion starts");
   s.saved_if(motion).number("end", pin.end, "[0, inf]", "s", "time at which the motion ends; after `start`");
@@ -339,8 +363,8 @@ void describe(Section& s, ClothScene& cloth) {
   describe_seams(s, cloth);
   describe_fabric(
       s,
-      "named fabric that supplies defaults for this cloth, and for `porous` if the cloth has that section, such as "
-      "`porous: {}` (docs/manual/fabrics.md)");
+      "fabric that supplies defaults for this cloth, and for `porous` if the cloth has that section, such as "
+      "`porous: {}` (docs/manual/fabrics.md); also a .yaml file, as `drench fit` writes it");
   s.number("areal_density", fabric.areal_density, "[1e-4, 1000]", "kg/m²",
            "mass per unit area of the dry fabric; 150 g/m² is 0.15");
   s.number("thickness", fabric.thickness, "[1e-6, 1]", "m",

@@ -135,10 +135,13 @@ void describe(Section& s, RegionScene& region) {
       .text("group", region.group, "name of a group of faces (`g`, `o` or `usemtl`) in the cloth's .obj file");
   s.one_of(region.kind, Kind::box)
       .section("box", region.box, "triangles whose centres are inside this box, after placement");
+  s.one_of(region.kind, Kind::attribute)
+      .text("attribute", region.attribute,
+            "painted: a vertex attribute of the cloth's .ply file, from 0 (as the cloth) to 1 (as the region)");
   describe_fabric(
       s,
-      "named fabric that supplies defaults for this region, except for keys that only a whole cloth can have and the "
-      "bending model (docs/manual/fabrics.md)");
+      "fabric that supplies defaults for this region, except for keys that only a whole cloth can have and the bending "
+      "model (docs/manual/fabrics.md); also a .yaml file");
   s.number("areal_density", fabric.areal_density, "[1e-4, 1000]", "kg/m²", as_the_cloth);
   s.number("thickness", fabric.thickness, "[1e-6, 1]", "m", as_the_cloth);
   describe_stretching(s, fabric);

@@ -78,6 +78,24 @@ void check_followed_body(Section& s, const Scene& scene, const std::string& name
     s.not_available(body->dynamic, key, "a pin that follows a dynamic body", "a body without dynamic: true");
 }
 
+/// A hinge holds a dynamic body to another one that keeps its shape.
+void check_joints(Section& s, const Scene& scene) {
+  const auto named = [&](const std::string& name) {
+    return std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyScene& b) { return b.name == name; });
+  };
+  for (std::size_t i = 0; i < scene.joints.size(); ++i) {
+    const JointScene& joint = scene.joints[i];
+    const std::string key = fmt::format("joints.{}.hinge.", i);
+    for (const auto& [part, name] : {std::pair{"body", joint.body}, {"to", joint.to}})
+      s.check((name.empty() && part == std::string_view("to")) || named(name) != scene.bodies.end(), key + part,
+              fmt::format("there is no body named '{}'; allowed: a value of bodies.N.name", name));
+    const auto body = named(joint.body);
+    s.check(body == scene.bodies.end() || body->dynamic, key + "body",
+            fmt::format("'{}' is not a dynamic body; allowed: a body with dynamic: true", joint.body));
+    s.check(joint.to != joint.body, key + "to", "is the body itself; allowed: another body, or none for the world");
+  }
+}
+
 void check_probes(Section& s, const Scene& scene) {
   using Kind = ProbeScene::Kind;
   std::set<std::string> names;
@@ -108,6 +126,7 @@ void check_probes(Section& s, const Scene& scene) {
 
 void check_parts(Section& s, const Scene& scene) {
   check_probes(s, scene);
+  check_joints(s, scene);
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
     const ClothScene& cloth = scene.cloths[i];
@@ -360,6 +379,7 @@ void describe(Section& s, Scene& scene) {
       .section("cloth_solver", scene.cloth_solver, "solver settings for all cloths; only with `cloth`");
   s.list("cloth", scene.cloths, "cloths of the scene");
   s.list("bodies", scene.bodies, "solid bodies and containers of the scene");
+  s.list("joints", scene.joints, "hinges of dynamic bodies");
   check_sections(s, scene);
   check_parts(s, scene);
 }

@@ -90,7 +90,7 @@ struct GridScene {
   bool operator==(const GridScene&) const = default;
 };
 
-/// An entry of `cloth.N.pin`: nodes that stand still or move as prescribed.
+/// An entry of `cloth.N.pin`: nodes that stand still or move as prescribed, or that springs hold there.
 struct PinScene {
   /// How the nodes are chosen.
   enum class Kind { corners, edges, box, nodes };
@@ -106,6 +106,7 @@ struct PinScene {
   std::string body;        // the name of a body that they follow, instead of all these; empty: none
   double start = 0.0;      // s
   double end = std::numeric_limits<double>::infinity();  // s
+  std::optional<double> stiffness;                       // N/m, of all its nodes together; none: rigid
 
   bool operator==(const PinScene&) const = default;
 };
@@ -176,9 +177,10 @@ struct MaterialScene : BasicMaterial<double> {
 /// An entry of `cloth.N.regions`: a part of the cloth whose fabric differs.
 struct RegionScene {
   /// How its triangles are chosen.
-  enum class Kind { group, box };
+  enum class Kind { group, box, attribute };
   Kind kind = Kind::group;  // how its triangles are chosen
   std::string group;        // for Kind::group: a name of the mesh file
+  std::string attribute;    // for Kind::attribute: of the mesh file's points, how much of the region they are, 0 to 1
   Box box;                  // for Kind::box: of the triangles' middles, after placing
   MaterialScene material;   // the cloth's, with the keys that this entry has
 
@@ -287,6 +289,27 @@ struct BodyScene {
   bool operator==(const BodyScene&) const = default;
 };
 
+/// A motor of a hinge.
+struct MotorScene {
+  bool present = false;                   // does the joint have the section?
+  Keyed<double> degrees_per_second{0.0};  // °/s, of the body relative to the other
+  double torque = 0;                      // N·m; at most
+
+  bool operator==(const MotorScene&) const = default;
+};
+
+/// An entry of `joints`: a hinge between a dynamic body and another body or the world.
+struct JointScene {
+  std::string body;                         // its name
+  std::string to;                           // the other body's name; empty: the world
+  Vec3 point{0, 0, 0};                      // m; on the axis, at the start
+  Vec3 axis{0, 1, 0};                       // at the start
+  std::array<double, 2> limits{-180, 180};  // °; of the angle since the start; these: none
+  MotorScene motor;
+
+  bool operator==(const JointScene&) const = default;
+};
+
 /// An acceleration of the liquid towards a centre: −Ω_k² (x − c)_k along each axis k.
 struct FieldScene {
   bool present = false;  // does the scene have the section?
@@ -365,6 +388,7 @@ struct Scene {
   ClothSolverScene cloth_solver;   // one for all cloths
   std::vector<ClothScene> cloths;  // each with its own mesh and fabric
   std::vector<BodyScene> bodies;   // containers and obstacles
+  std::vector<JointScene> joints;  // of dynamic bodies
   FabricOrigins origins;           // of the cloths' numbers
 
   bool operator==(const Scene&) const = default;

@@ -67,7 +67,9 @@ PlacedMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path, S
       throw SetupError(label + ": a grid needs at least 2 nodes in each direction");
     mesh = grid_mesh(*cloth.grid);
   } else {
-    mesh = read_mesh(cloth.file, scene_path, {.texture = takes_warp_of_file(cloth), .groups = needs_groups(cloth)});
+    mesh = read_mesh(
+        cloth.file, scene_path,
+        {.texture = takes_warp_of_file(cloth), .groups = needs_groups(cloth), .attributes = painted_attributes(cloth)});
   }
   rotation_of(cloth);  // refuses an axis without length
   file_place(cloth)(mesh.points);
@@ -102,7 +104,8 @@ Pins pinned_nodes(const ClothScene& cloth, const PlacedMesh& placed, const std::
             std::vector<Index>(mesh.points.size(), -1)};
   Index entry = -1;
   const auto pin = [&](Index i) {
-    pins.pinned[static_cast<std::size_t>(i)] = 1;
+    const bool soft = cloth.pins[static_cast<std::size_t>(entry)].stiffness.has_value();
+    pins.pinned[static_cast<std::size_t>(i)] = !soft || !cloth.dynamics;
     pins.entry[static_cast<std::size_t>(i)] = entry;
   };
   for (const PinScene& p : cloth.pins) {
@@ -169,12 +172,29 @@ void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins, c
   }
 }
 
+/// The stiffness of a cloth's soft pins, shared out by mass. Its mesh is the last that was appended.
+void set_pin_stiffness(ClothMesh& mesh, const ClothScene& cloth, const Pins& pins) {
+  const std::size_t first = mesh.rest_position.size() - pins.entry.size();
+  for (std::size_t entry = 0; entry < cloth.pins.size(); ++entry) {
+    const PinScene& p = cloth.pins[entry];
+    if (!p.stiffness) continue;
+    double held = 0;  // kg
+    for (std::size_t n = 0; n < pins.entry.size(); ++n)
+      if (pins.entry[n] == static_cast<Index>(entry)) held += mesh.solid_mass[first + n];
+    mesh.pin_stiffness.resize(mesh.rest_position.size(), 0.0);
+    for (std::size_t n = 0; n < pins.entry.size(); ++n)
+      if (pins.entry[n] == static_cast<Index>(entry))
+        mesh.pin_stiffness[first + n] = *p.stiffness * mesh.solid_mass[first + n] / held;
+  }
+}
+
 /// The motions of a cloth's pins, and which of them each node has. Its mesh is the last that was appended.
 void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins, const Weld& weld) {
-  if (std::none_of(cloth.pins.begin(), cloth.pins.end(), [](const PinScene& p) { return moves(p); })) return;
+  const auto has_motion = [](const PinScene& p) { return moves(p) || p.stiffness; };  // what stands still has X(t) = X0
+  if (std::none_of(cloth.pins.begin(), cloth.pins.end(), has_motion)) return;
   std::vector<Index> motion;  // of each entry
   for (const PinScene& p : cloth.pins) {
-    const bool together = moves(p) && p.sequence.files.empty();
+    const bool together = has_motion(p) && p.sequence.files.empty();
     motion.push_back(together ? static_cast<Index>(model.pin_motions.size()) : -1);
     if (!together) continue;
     model.pin_motions.push_back({p.velocity,
@@ -363,6 +383,7 @@ void build_cloth(const ClothScene& c, Model& model, std::vector<std::vector<std:
                   own, edges, [&](Index t) { return *fabric(t).bending; }, warp.back()),
               material.first_node);
   blaming(key + ".pin", [&] { set_pins_in_motion(model, c, pins, placed.weld); });
+  set_pin_stiffness(mesh, c, pins);
   mesh.pin_entry.insert(mesh.pin_entry.end(), pins.entry.begin(), pins.entry.end());
   model.cloths.push_back(material);
 }
@@ -375,6 +396,7 @@ void build_cloths(const Scene& scene, Model& model, SetupLines& lines) {
   for (const ClothScene& c : scene.cloths) build_cloth(c, model, warp, lines);
   if (!mesh.triangle_warp.empty()) mesh.triangle_warp.resize(mesh.triangle.size(), Vec3{0, 0, 0});
   if (model.has_moving_pins()) mesh.pin_motion.resize(mesh.rest_position.size(), -1);
+  if (model.has_soft_pins()) mesh.pin_stiffness.resize(mesh.rest_position.size(), 0.0);
   if (model.cloths.empty()) return;
   set_triangle_stiffness(model, warp);
   join_nodes(mesh);

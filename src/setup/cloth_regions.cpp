@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
 #include "base/eigen_vec.hpp"
 #include "setup/cloth_material.hpp"
 #include "setup/cloth_mesh.hpp"
+#include "setup/mesh_io.hpp"
 #include "setup/setup_error.hpp"
 
 namespace drench {
@@ -21,7 +23,7 @@ std::string names_of(const SurfaceMesh& mesh) {
   std::string all;
   std::size_t count = 0;
   for (const auto& group : mesh.groups)
-    if (++count <= most) all += (all.empty() ? "" : ", ") + group.first;
+    if (group.first.find('\n') == group.first.npos && ++count <= most) all += (all.empty() ? "" : ", ") + group.first;
   if (count > most) all += fmt::format(", … ({} in all)", count);
   return all.empty() ? "none: the file has no named groups" : all;
 }
@@ -37,14 +39,70 @@ std::vector<Index> triangles_in_box(const SurfaceMesh& mesh, const Box& box) {
   return inside;
 }
 
-std::vector<Index> triangles_of(const RegionScene& region, const SurfaceMesh& mesh, const std::string& label,
+/// `level`: of a painted region.
+std::vector<Index> triangles_of(const RegionScene& region, int level, const SurfaceMesh& mesh, const std::string& label,
                                 const std::string& key) {
   if (region.kind == RegionScene::Kind::box) return triangles_in_box(mesh, region.box);
+  if (region.kind == RegionScene::Kind::attribute) {
+    if (mesh.groups.count(painted_group(region.attribute, 0)) == 0)
+      throw SetupError(fmt::format("{}: the vertices of its mesh have no attribute '{}'; allowed: the name of one of "
+                                   "their numbers, which lie between 0 and 1",
+                                   label, region.attribute),
+                       key + ".attribute");
+    const auto painted = mesh.groups.find(painted_group(region.attribute, level));
+    return painted == mesh.groups.end() ? std::vector<Index>{} : painted->second;
+  }
   const auto found = mesh.groups.find(region.group);
   if (found == mesh.groups.end())
     throw SetupError(fmt::format("{}: its mesh has no group '{}'; allowed: {}", label, region.group, names_of(mesh)),
                      key + ".group");
   return found->second;
+}
+
+/// The mean of two numbers that need not be given, `share` of the second.
+void blend(std::optional<double>& to, const std::optional<double>& other, double share, double own, double others) {
+  if (!to && !other) return;
+  const double from = to.value_or(own);
+  to = from + share * (other.value_or(others) - from);
+}
+
+/// A fabric with `share` of another. What only one of them has, stays as the cloth has it.
+MaterialScene blended(const MaterialScene& cloth, const MaterialScene& region, double share) {
+  MaterialScene m = cloth;
+  const auto mix = [share](double& to, double other) {
+    if (to != other) to += share * (other - to);
+  };
+  blend(m.friction_wet, region.friction_wet, share, cloth.friction, region.friction);
+  blend(m.damping_wet, region.damping_wet, share, cloth.damping, region.damping);
+  blend(m.weft_diffusivity, region.weft_diffusivity, share, cloth.diffusivity, region.diffusivity);
+  for (double BasicMaterial<double>::*number :
+       {&MaterialScene::thickness, &MaterialScene::damping, &MaterialScene::friction, &MaterialScene::adhesion,
+        &MaterialScene::solid_fraction, &MaterialScene::absorption, &MaterialScene::max_saturation,
+        &MaterialScene::virtual_pressure, &MaterialScene::emission_velocity, &MaterialScene::diffusivity,
+        &MaterialScene::permeability, &MaterialScene::forchheimer, &MaterialScene::fibre_diameter,
+        &MaterialScene::breakthrough_pressure, &MaterialScene::critical_saturation})
+    mix(m.*number, region.*number);
+  for (double MaterialScene::*number :
+       {&MaterialScene::areal_density, &MaterialScene::stretch, &MaterialScene::bend, &MaterialScene::emission_angle})
+    mix(m.*number, region.*number);
+  if (!(m.diffusivity > 0)) m.weft_diffusivity.reset();
+  // An absorption of 0 blocks the liquid, and takes no other.
+  if (cloth.uptake_velocity > 0 && region.uptake_velocity == 0 && region.absorption == 0)
+    m.uptake_velocity = (1 - share) * cloth.uptake_velocity;
+  else
+    mix(m.uptake_velocity, region.uptake_velocity);
+  if (m.membrane && region.membrane) {
+    mix(m.membrane->warp, region.membrane->warp);
+    mix(m.membrane->weft, region.membrane->weft);
+    mix(m.membrane->shear, region.membrane->shear);
+    mix(m.membrane->wet, region.membrane->wet);
+  }
+  if (m.bending && region.bending) {
+    mix(m.bending->warp, region.bending->warp);
+    mix(m.bending->weft, region.bending->weft);
+    mix(m.bending->twist, region.bending->twist);
+  }
+  return m;
 }
 
 /// Materials of a node's triangles, each with its part of the node's area, in 2^-30.
@@ -107,6 +165,26 @@ ClothMaterial mixed(const Model& model, const Mixture& mixture) {
   return m;
 }
 
+/// What a node has without a material of its own: that of its triangles, or within a painted region and beside it that
+/// of the level nearest to their mean; −1: there is none.
+Index single_material(const Model& model, const Mixture& mixture) {
+  if (mixture.size() == 1) return mixture[0].first;
+  const auto cloths = static_cast<Index>(model.cloths.size());
+  Index painted = -1;  // one of the region's
+  double all = 0, levels = 0;
+  for (const auto& [number, area] : mixture) {
+    const ClothMaterial& m = model.material(number);
+    all += static_cast<double>(area);
+    if (number < cloths) continue;
+    if (m.level == 0 || (painted >= 0 && m.region != model.material(painted).region)) return -1;
+    painted = number;
+    levels += static_cast<double>(area) * m.level;
+  }
+  const auto level = static_cast<int>(std::lround(levels / all));
+  const ClothMaterial& m = model.material(painted);
+  return level > 0 ? painted + static_cast<Index>(level - m.level) : m.of_cloth;
+}
+
 std::vector<Mixture> mixtures_of_nodes(const Model& model) {
   const ClothMesh& mesh = model.mesh;
   std::vector<std::map<Index, double>> area(mesh.rest_position.size());
@@ -128,7 +206,21 @@ std::vector<Mixture> mixtures_of_nodes(const Model& model) {
 }  // namespace
 
 std::string region_label(const RegionScene& region, int number) {
-  return region.kind == RegionScene::Kind::group ? "region " + region.group : fmt::format("region {} (box)", number);
+  switch (region.kind) {
+    case RegionScene::Kind::group:
+      return "region " + region.group;
+    case RegionScene::Kind::attribute:
+      return "region " + region.attribute + " (painted)";
+    default:
+      return fmt::format("region {} (box)", number);
+  }
+}
+
+std::set<std::string> painted_attributes(const ClothScene& cloth) {
+  std::set<std::string> names;
+  for (const RegionScene& r : cloth.regions)
+    if (r.kind == RegionScene::Kind::attribute) names.insert(r.attribute);
+  return names;
 }
 
 bool needs_groups(const ClothScene& cloth) {
@@ -141,17 +233,25 @@ bool needs_groups(const ClothScene& cloth) {
 Patchwork::Patchwork(const ClothScene& cloth, const SurfaceMesh& own, const std::string& key)
     : cloth_(cloth), triangles_(own.triangles.size()) {
   if (cloth.regions.empty()) return;
-  region_.assign(own.triangles.size(), -1);
+  patch_.assign(own.triangles.size(), -1);
   std::vector<std::size_t> count(cloth.regions.size(), 0);
   const auto label = [&](std::size_t r) {
     return cloth_label(cloth.name) + ": " + region_label(cloth.regions[r], static_cast<int>(r));
   };
   const auto key_of = [&](std::size_t r) { return fmt::format("{}.regions.{}", key, r); };
-  for (std::size_t r = 0; r < cloth.regions.size(); ++r)
-    for (const Index t : triangles_of(cloth.regions[r], own, label(r), key_of(r)))
-      region_[static_cast<std::size_t>(t)] = static_cast<Index>(r);
-  for (const Index r : region_)
-    if (r >= 0) ++count[static_cast<std::size_t>(r)];
+  for (std::size_t r = 0; r < cloth.regions.size(); ++r) {
+    const RegionScene& region = cloth.regions[r];
+    const bool painted = region.kind == RegionScene::Kind::attribute;
+    for (int level = painted ? 1 : 0; level <= (painted ? paint_levels : 0); ++level) {
+      for (const Index t : triangles_of(region, level, own, label(r), key_of(r)))
+        patch_[static_cast<std::size_t>(t)] = static_cast<Index>(patches_.size());
+      patches_.push_back(
+          {static_cast<Index>(r), level,
+           painted ? blended(cloth.material, region.material, double(level) / paint_levels) : region.material});
+    }
+  }
+  for (const Index p : patch_)
+    if (p >= 0) ++count[static_cast<std::size_t>(patches_[static_cast<std::size_t>(p)].region)];
   for (std::size_t r = 0; r < count.size(); ++r)
     if (count[r] == 0)
       throw SetupError(label(r) + " has no triangles; allowed: a place with triangles that no later region covers",
@@ -164,13 +264,15 @@ void append_patches(Model& model, const ClothScene& cloth, const Patchwork& fabr
   const auto number = static_cast<Index>(model.cloths.size());
   const auto first = static_cast<Index>(all.size() + model.patches.size());
   for (std::size_t t = 0; t < fabric.triangles(); ++t) {
-    const Index region = fabric.region_of(static_cast<Index>(t));
-    model.mesh.triangle_material.push_back(region < 0 ? number : first + region);
+    const Index patch = fabric.patch_of(static_cast<Index>(t));
+    model.mesh.triangle_material.push_back(patch < 0 ? number : first + patch);
   }
-  for (std::size_t r = 0; r < cloth.regions.size(); ++r) {
-    model.patches.push_back(resolve_material(cloth, cloth.regions[r].material, model.scene.processes));
+  for (const Patchwork::Patch& patch : fabric.patches()) {
+    model.patches.push_back(resolve_material(cloth, patch.fabric, model.scene.processes));
     model.patches.back().of_cloth = number;
-    model.patches.back().region = static_cast<Index>(r);
+    model.patches.back().region = patch.region;
+    model.patches.back().level = patch.level;
+    model.patch_fabrics.push_back(patch.fabric);
   }
 }
 
@@ -178,8 +280,8 @@ void set_node_materials(Model& model) {
   if (!model.has_regions()) return;
   std::map<Mixture, Index> numbers;
   for (const Mixture& mixture : mixtures_of_nodes(model)) {
-    if (mixture.size() == 1) {
-      model.mesh.node_material.push_back(mixture[0].first);
+    if (const Index one = single_material(model, mixture); one >= 0) {
+      model.mesh.node_material.push_back(one);
       continue;
     }
     const auto next = static_cast<Index>(model.cloths.size() + model.patches.size());

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,7 +23,8 @@ struct PolygonFile {
   std::vector<std::int32_t> face_line;          // of each face, from 1; empty where a format has no lines
   std::vector<Vec3> velocity;                   // of points, in that unit per s; only of particles that have it
   std::vector<double> mass;                     // kg; likewise
-  bool facets = false;                          // each face has points of its own (.stl): copies of a point are one
+  std::map<std::string, std::vector<double>> attributes;  // of points: those asked for that the file has, 0 to 1
+  bool facets = false;  // each face has points of its own (.stl): copies of a point are one
 };
 
 /// Reads `v`, `vt` and `f` of a Wavefront file, and with `names` what the last `g`, `o` and `usemtl` before a face give
@@ -32,8 +35,10 @@ PolygonFile read_obj_file(const std::string& path, bool names = false);
 
 /// Reads the elements `vertex` and `face` of a PLY file, ascii or binary, and steps over the others. SetupError, with
 /// the line or the element: a header that is none, fewer or other numbers than it says, faces of points that are not
-/// there. With `particles`, what the points have as vx, vy, vz and as mass is read too.
-PolygonFile read_ply_file(const std::string& path, bool particles = false);
+/// there. With `particles`, what the points have as vx, vy, vz and as mass is read too, and `attributes` by their
+/// names. Whole numbers of these are over the largest of their type, as colours are.
+PolygonFile read_ply_file(const std::string& path, bool particles = false,
+                          const std::set<std::string>& attributes = {});
 
 /// SetupError for a binary .stl file with fewer triangles than it says. Texts pass: VTK refuses bad ones.
 void check_stl_file(const std::string& path);

@@ -85,12 +85,13 @@ PolygonFile read_stl_file(const std::string& path) {
   return file;
 }
 
-PolygonFile read_file(const std::string& file, const std::string& scene_path, bool names = false) {
+PolygonFile read_file(const std::string& file, const std::string& scene_path, bool names = false,
+                      const std::set<std::string>& attributes = {}) {
   const std::string path = find_file(file, scene_path);
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   if (ending == ".obj") return read_obj_file(path, names);
-  if (ending == ".ply") return read_ply_file(path);
+  if (ending == ".ply") return read_ply_file(path, false, attributes);
   if (ending == ".stl") return read_stl_file(path);
   throw SetupError("mesh file '" + file + "': unknown extension; allowed: .obj, .ply, .stl");
 }
@@ -227,7 +228,23 @@ std::map<std::string, std::vector<Index>> groups_of(const PolygonFile& file, con
   return groups;
 }
 
+/// A file without the attribute has no group of it.
+void add_painted_groups(const PolygonFile& file, const Division& division,
+                        std::map<std::string, std::vector<Index>>& groups) {
+  for (const auto& [name, values] : file.attributes) {
+    groups[painted_group(name, 0)];  // there is such an attribute
+    for (std::size_t t = 0; t < division.triangles.size(); ++t) {
+      double sum = 0;
+      for (const Index p : division.triangles[t]) sum += std::clamp(values[static_cast<std::size_t>(p)], 0.0, 1.0);
+      const int level = std::isfinite(sum) ? static_cast<int>(std::lround(sum / 3 * paint_levels)) : 0;
+      groups[painted_group(name, level)].push_back(static_cast<Index>(t));
+    }
+  }
+}
+
 }  // namespace
+
+std::string painted_group(const std::string& attribute, int level) { return fmt::format("{}\n{}", attribute, level); }
 
 std::string bytes_of_mesh(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -251,10 +268,11 @@ SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
 }
 
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras) {
-  const PolygonFile polygons = read_file(file, scene_path, extras.groups);
+  const PolygonFile polygons = read_file(file, scene_path, extras.groups, extras.attributes);
   FileMesh result = mesh_of(polygons, file);
   if (extras.texture) result.mesh.texture = texture_of(polygons, result.division, file);
   if (extras.groups) result.mesh.groups = groups_of(polygons, result.division);
+  add_painted_groups(polygons, result.division, result.mesh.groups);
   return std::move(result.mesh);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,11 +20,16 @@ namespace drench {
 /// folder. SetupError: no such file, unknown ending, unreadable or empty.
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path);
 
-/// What else is read of a file that has it: texture coordinates, and the groups of an .obj file. SetupError if a
-/// coordinate is not finite.
+/// What else is read of a file that has it: texture coordinates, the groups of an .obj file, and attributes of a .ply
+/// file's points. SetupError if a coordinate is not finite.
 struct MeshExtras {
   bool texture = false, groups = false;
+  std::set<std::string> attributes{};
 };
+/// The name in SurfaceMesh::groups of the triangles whose corners' mean of an attribute is `level` of paint_levels,
+/// rounded.
+std::string painted_group(const std::string& attribute, int level);
+inline constexpr int paint_levels = 16;
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras);
 
 /// Reads files that have the same polygons one after the other. They are divided into triangles as in the first file,

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <set>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -27,6 +28,26 @@ const std::map<std::string, Type, std::less<>> types{
 constexpr const char* blanks = " \t\r\n\v\f";
 
 bool is_whole(Type type) { return type != Type::float32 && type != Type::float64; }
+
+/// What stands for 1 in an attribute.
+double largest(Type type) {
+  switch (type) {
+    case Type::int8:
+      return 127;
+    case Type::uint8:
+      return 255;
+    case Type::int16:
+      return 32767;
+    case Type::uint16:
+      return 65535;
+    case Type::int32:
+      return 2147483647;
+    case Type::uint32:
+      return 4294967295;
+    default:
+      return 1;
+  }
+}
 
 struct Property {
   std::string name;
@@ -49,8 +70,8 @@ std::vector<std::string> words_of(const std::string& line) {
 
 class PlyReader {
  public:
-  PlyReader(const std::string& path, bool particles)
-      : path_(path), bytes_(bytes_of_mesh(path)), particles_(particles) {}
+  PlyReader(const std::string& path, bool particles, const std::set<std::string>& attributes)
+      : path_(path), bytes_(bytes_of_mesh(path)), particles_(particles), wanted_(attributes) {}
 
   PolygonFile read() {
     read_header();
@@ -234,7 +255,13 @@ class PlyReader {
     if (particles_ && std::all_of(v.begin(), v.end(), there)) mesh_.velocity.resize(mesh_.points.size());
     if (particles_ && there(mass)) mesh_.mass.resize(mesh_.points.size());
     if (std::all_of(uv.begin(), uv.end(), there)) mesh_.texture.resize(mesh_.points.size());
+    std::map<std::size_t, std::vector<double>*> attribute;  // by property
+    for (std::size_t p = 0; p < element.properties.size(); ++p)
+      if (there(p) && wanted_.count(element.properties[p].name) > 0)
+        (attribute[p] = &mesh_.attributes[element.properties[p].name])->resize(mesh_.points.size());
     read_values(element, [&](std::int64_t k, std::size_t p, const std::vector<double>& values) {
+      if (const auto found = attribute.find(p); found != attribute.end())
+        (*found->second)[static_cast<std::size_t>(k)] = values[0] / largest(element.properties[p].type);
       for (std::size_t a = 0; a < 3; ++a)
         if (p == at[a]) mesh_.points[static_cast<std::size_t>(k)][a] = values[0];
       for (std::size_t a = 0; a < 3 && !mesh_.velocity.empty(); ++a)
@@ -288,12 +315,15 @@ class PlyReader {
   std::string path_, bytes_;
   std::size_t at_ = 0, token_ = 0, line_end_ = 0;  // of the next byte, of the last word or line, and of this line's end
   bool ascii_ = false, swapped_ = false, has_format_ = false, point_texture_ = false, particles_ = false;
+  std::set<std::string> wanted_;
   std::vector<Element> elements_;
   PolygonFile mesh_;
 };
 
 }  // namespace
 
-PolygonFile read_ply_file(const std::string& path, bool particles) { return PlyReader(path, particles).read(); }
+PolygonFile read_ply_file(const std::string& path, bool particles, const std::set<std::string>& attributes) {
+  return PlyReader(path, particles, attributes).read();
+}
 
 }  // namespace drench

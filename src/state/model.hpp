@@ -30,6 +30,7 @@ struct ClothMaterial : ResolvedMaterial<double> {
   double uptake_velocity = 0;        // u_a, m/s; 0: `absorption` is as the scene gives it
   double most_saturation = 0;        // 1: the largest max_saturation of the cloth and its regions
   Index of_cloth = -1, region = -1;  // of Model::patches: the cloth, and its region (−1: of nodes between them)
+  int level = 0;                     // of painted regions: how much of the region it is, in setup/mesh_io.hpp's levels
   std::array<Vec3, 2> rest_plane{};  // of stages measures and fabric: two unit vectors at right angles; 0 without them
   Vec3 rest_center{0, 0, 0};         // m
   Index first_node = 0, node_count = 0;
@@ -87,20 +88,27 @@ struct ClothMesh {
   std::vector<Membrane<double>> membrane;             // per triangle; empty: no membrane
   Rows node_triangles;                                // node → items 4·triangle + corner
   std::vector<Index> pin_motion;  // per node: index into Model::pin_motions, −1 if it has none; empty if no pin moves
-  std::vector<Index> pin_entry;   // per node: which of its cloth's `pin` entries holds it, −1: none
+  std::vector<double> pin_stiffness;  // per node, N/m: of soft pins, whose nodes are not `pinned`; empty without them
+  std::vector<Index> pin_entry;       // per node: which of its cloth's `pin` entries holds it, −1: none
   // node → constraint rows; an item is edge id (stitches follow the edges), or 4·hinge + corner
   Rows node_edges;
   Rows node_hinges;
 
   Index nodes() const { return static_cast<Index>(rest_position.size()); }
+  /// The stiffness by which a soft pin holds a node, N/m; 0 if none does.
+  double soft_pin(Index n) const {
+    const auto k = static_cast<std::size_t>(n);
+    return pin_stiffness.empty() || pinned[k] || pin_motion[k] < 0 ? 0 : pin_stiffness[k];
+  }
   Index triangles() const { return static_cast<Index>(triangle.size()); }
   /// The node that stands for all that this one is sewn to.
   Index joint_of(Index n) const { return joint.empty() ? n : joint[static_cast<std::size_t>(n)]; }
 };
 
-/// Prescribed motion of pins: X(t) = C + o + ∫v + p(s) + Rot(axis, ∫rate) R (X0 − C), from start to s = min(max(t,
-/// start), end). What they did before a program gave them another velocity stands in o and R. Pins that follow a body
-/// have X(t) = c_b + w_b(t) + Q_b(t) (X0 − C) instead, with the centre, the way and the turn of the body.
+/// Prescribed motion of pins and of what soft pins pull to: X(t) = C + o + ∫v + p(s) + Rot(axis, ∫rate) R (X0 − C),
+/// from start to s = min(max(t, start), end). What they did before a program gave them another velocity stands in o and
+/// R. Pins that follow a body have X(t) = c_b + w_b(t) + Q_b(t) (X0 − C) instead, with the centre, the way and the turn
+/// of the body.
 struct PinMotion {
   Keyed<Vec3> velocity;                                             // v, m/s
   Vec3 axis{0, 1, 0};                                               // unit
@@ -114,6 +122,17 @@ struct PinMotion {
   Index body = -1;                                                  // b, of Model::bodies; −1: follows none
 
   bool has_keys() const { return velocity.has_keys() || rate.has_keys() || path.has_keys(); }
+};
+
+/// A hinge of a dynamic body.
+struct Joint {
+  Index body = 0, other = -1;  // of Model::bodies; −1: the world
+  Vec3 point{0, 0, 0};         // m; on the axis at the start
+  Vec3 axis{0, 1, 0};          // unit
+  bool limited = false;        // is there a least and a largest angle?
+  double low = 0, high = 0;    // rad, since the start
+  Keyed<double> speed{0.0};    // rad/s: that the motor holds, of `body` relative to the other
+  double torque = 0;           // N·m: the most of the motor; 0: none
 };
 
 /// Samples of the cloths: boundary particles for the liquid (all cloths), porous particles (porous cloths).
@@ -210,7 +229,8 @@ struct Model {
   // kg/kg: liquid of this concentration has as many quanta of solute as of mass; 0: no solute (setup/solute.hpp)
   double concentration_unit = 0;
   std::vector<ClothMaterial> cloths;
-  std::vector<ClothMaterial> patches;  // materials of regions and of nodes between them (setup/cloth_regions.hpp)
+  std::vector<ClothMaterial> patches;        // materials of regions and of nodes between them (setup/cloth_regions.hpp)
+  std::vector<MaterialScene> patch_fabrics;  // of the first ones, those of regions: as the scene has them
   ClothMesh mesh;
   std::vector<PinMotion> pin_motions;
   // m/s: of particles at the start, and of what was prescribed before a program changed it (drench/prescribed.hpp)
@@ -218,6 +238,7 @@ struct Model {
   SampleSet samples;
   FabricPairs fabric;
   std::vector<Body> bodies;
+  std::vector<Joint> joints;
   BoundarySet boundary;
   std::vector<Jet> jets;
   std::vector<Reservoir> reservoirs;
@@ -257,10 +278,9 @@ struct Model {
   /// The fabric of a triangle as the scene has it.
   const MaterialScene& fabric_of_triangle(Index t) const {
     const auto at = static_cast<std::size_t>(t);
-    const ClothScene& cloth = scene.cloths[static_cast<std::size_t>(mesh.triangle_cloth[at])];
     const Index patch = has_regions() ? mesh.triangle_material[at] - static_cast<Index>(cloths.size()) : -1;
-    if (patch < 0) return cloth.material;
-    return cloth.regions[static_cast<std::size_t>(patches[static_cast<std::size_t>(patch)].region)].material;
+    if (patch < 0) return scene.cloths[static_cast<std::size_t>(mesh.triangle_cloth[at])].material;
+    return patch_fabrics[static_cast<std::size_t>(patch)];
   }
   bool has_moving_cloth() const {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics; });
@@ -270,6 +290,7 @@ struct Model {
   /// Is a solve's start scaled, if the last step's began with `start` tolerances (docs/theory/liquid.md, Eq. 20a)?
   bool scales_start(double start) const { return only_liquid_answers() && start > 2; }
   bool has_moving_pins() const { return !pin_motions.empty(); }
+  bool has_soft_pins() const { return !mesh.pin_stiffness.empty(); }
   bool has_stitches() const { return !mesh.stitch.empty(); }
   bool has_strain_limit() const { return !mesh.limit_stiffness.empty(); }
   bool has_membrane() const { return !mesh.membrane.empty(); }

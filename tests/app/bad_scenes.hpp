@@ -20,6 +20,11 @@ struct BadScene {
 #define SOURCES HEAD "fluid:\n  sources:\n"
 // Lines 1 to 4; bodies follow from line 5.
 #define BODIES FLUID "bodies:\n"
+// Lines 1 to 7; the rest follows from line 8.
+#define DOORS                                                                                                     \
+  BODIES                                                                                                          \
+  "  - name: door\n    box: {min: [0, 0, 0], max: [1, 1, 1], dynamic: true}\n  - {name: post, box: {min: [2, 0, " \
+  "0], max: [3, 1, 1]}}\n"
 
 inline constexpr BadScene bad_scenes[] = {
     // the file as a whole
@@ -298,6 +303,22 @@ inline constexpr BadScene bad_scenes[] = {
     {"PinNodesEmpty", CLOTH "    pin: [{nodes: []}]\n", 4, 19, "cloth.0.pin.0.nodes", "is an empty list"},
     {"PinNodeNegative", CLOTH "    pin: [{nodes: [0, -1]}]\n", 4, 23, "cloth.0.pin.0.nodes.1", "is out of range"},
     {"PinNodeNotInGrid", CLOTH "    pin: [{nodes: [0, 25]}]\n", 4, 23, "cloth.0.pin.0.nodes.1", "allowed: [0, 24]"},
+    {"HingeOfNoBody", DOORS "joints:\n  - hinge: {body: lid, point: [0, 0, 0], axis: [0, 0, 1]}\n", 9, 19,
+     "joints.0.hinge.body", "there is no body named 'lid'; allowed: a value of bodies.N.name"},
+    {"HingeOfAFixedBody", DOORS "joints:\n  - hinge: {body: post, point: [0, 0, 0], axis: [0, 0, 1]}\n", 9, 19,
+     "joints.0.hinge.body", "'post' is not a dynamic body"},
+    {"HingeToItself", DOORS "joints:\n  - hinge: {body: door, to: door, point: [0, 0, 0], axis: [0, 0, 1]}\n", 9, 29,
+     "joints.0.hinge.to", "is the body itself"},
+    {"HingeStartsBeyondItsLimits",
+     DOORS "joints:\n  - hinge: {body: door, point: [0, 0, 0], axis: [0, 0, 1], limits: [5, 9]}\n", 9, 68,
+     "joints.0.hinge.limits", "excludes the start"},
+    {"MotorWithoutTorque",
+     DOORS "joints:\n  - hinge: {body: door, point: [0, 0, 0], axis: [0, 0, 1], motor: {degrees_per_second: 9}}\n", 9,
+     67, "joints.0.hinge.motor.torque", "is missing"},
+    {"PinHoldsNothing", CLOTH "    pin: [{corners: true, stiffness: 0}]\n", 4, 38, "cloth.0.pin.0.stiffness",
+     "is out of range; allowed: (0, 1e9] N/m"},
+    {"SoftPinOfWhatIsStill", CLOTH "    dynamics: false\n    pin: [{corners: true, stiffness: 9}]\n", 5, 38,
+     "cloth.0.pin.0.stiffness", "allowed: only with dynamics: true"},
     {"PinMotionEndsFirst", CLOTH "    pin: [{corners: true, velocity: [1, 0, 0], start: 2, end: 1}]\n", 4, 63,
      "cloth.0.pin.0.end", "the motion ends at 1 s and starts at 2 s; allowed: an end after the start"},
     {"PinJumps", CLOTH "    pin: [{corners: true, offset: [[0, [0, 1, 0]], [1, [0, 2, 0]]]}]\n", 4, 35,
@@ -476,8 +497,11 @@ inline constexpr BadScene bad_scenes[] = {
      "file and sequence are both missing; allowed: exactly one of the two"},
     {"BodyMeshOfBoth", BODIES "  - mesh: {file: exists.obj, sequence: [exists.obj]}\n", 5, 40, "bodies.0.mesh.sequence",
      "cannot be combined with file; allowed: exactly one of the two"},
-    {"PlaceOfABox", BODIES "  - box: {min: [0, 0, 0], max: [1, 1, 1]}\n    place: {position: [0, 1, 0]}\n", 6, 12,
-     "bodies.0.place", "applies only to meshes"},
+    {"PlaceOfABall", BODIES "  - sphere: {center: [0, 0, 0], radius: 1}\n    place: {position: [0, 1, 0]}\n", 6, 12,
+     "bodies.0.place", "applies only to meshes and to boxes"},
+    {"PlaceOfATank",
+     BODIES "  - box: {min: [0, 0, 0], max: [1, 1, 1], inside: true}\n    place: {position: [0, 1, 0]}\n", 6, 12,
+     "bodies.0.place", "applies only to meshes and to boxes that are not containers"},
     {"BodyTurnsAboutNothing", BODIES "  - mesh: {file: exists.obj}\n    place: {rotate: {axis: [0, 0, 0]}}\n", 6, 28,
      "bodies.0.place.rotate.axis", "has length 0"},
     {"SequenceOfNoFile", BODIES "  - mesh: {sequence: \"no_{:04d}.obj\"}\n", 5, 22, "bodies.0.mesh.sequence",

@@ -99,7 +99,7 @@ cloth:
     warp: [0, 0.5, 1]
     pin:
       - {nodes: [0, 1], velocity: [0.1, 0, 0.2], start: 0.5, end: 2.5}
-      - {nodes: [3], velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step},
+      - {nodes: [3], stiffness: 500, velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step},
             offset: {keys: [[0, [0, 0, 0]], [2, [0.1, 0.2, 0.3]]], interpolation: smooth}}
       - {box: {min: [0, -1, 0], max: [1, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 90, center: [0, 1, 0]}}
   - name: second
@@ -115,6 +115,7 @@ cloth:
     sew: [{loops: [[0, 1], [2, 3]]}, {groups: [left, right-side]}, {pairs: [[7, 8]]}, {file: seams.txt}]
     sew_time: 0.75
     pin: [{nodes: [1], sequence: exists.obj, fps: 30}, {nodes: [2], body: floor}]
+  - {name: painted, mesh: {file: mesh.PLY}, regions: [{attribute: wax, friction: 0.9}]}
 bodies:
   - mesh: {sequence: [mesh.PLY, mesh.PLY], fps: 12}
   - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, velocity: [0.1, 0, -0.2], adhesion: 0.02, slip: free}
@@ -126,6 +127,9 @@ bodies:
   - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], inside: false,
         spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06, unit: mm, up: x, commanded: false}
     place: {position: [0.5, 1, 0.25], rotate: {axis: [0, 1, 0], degrees: 45}}
+joints:
+  - hinge: {body: ball, to: floor, point: [0, 0.2, 0.25], axis: [1, 0, 0], limits: [-30, 60],
+        motor: {degrees_per_second: [[0, 0], [1, 90]], torque: 2}}
 )";
 
 }  // namespace drench::testing

@@ -170,6 +170,72 @@ TEST(Regions, AGroupIsARegion) {
   EXPECT_NEAR(sum(m.mesh.solid_mass), 1 + 3 + 2.5 * 0.2, 1e-14);
 }
 
+/// A strip of 40 by 4 cells whose points have the attributes wax, from 0 to 1 along x, and grey, the same of 255.
+std::string painted_cloth(const test::TempFolder& folder, const std::string& keys) {
+  constexpr int cells = 40, rows = 4;
+  std::ofstream out(folder.path() / "strip.ply");
+  out << fmt::format(
+      "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty "
+      "double wax\nproperty uchar grey\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      (cells + 1) * (rows + 1), cells * rows);
+  for (int j = 0; j <= rows; ++j)
+    for (int i = 0; i <= cells; ++i)
+      out << fmt::format("{} 0 {} {} {}\n", 0.05 * i, 0.05 * j, double(i) / cells, 255 * i / cells);
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < cells; ++i) {
+      const int a = j * (cells + 1) + i;
+      out << fmt::format("4 {} {} {} {}\n", a, a + cells + 1, a + cells + 2, a + 1);
+    }
+  return fmt::format("drench: 1\ncloth:\n  - name: strip\n    mesh: {{file: \"{}\"}}\n    friction: 0.2\n{}",
+                     (folder.path() / "strip.ply").string(), keys);
+}
+
+TEST(Regions, APaintedOneBlendsByItsAttribute) {
+  const test::TempFolder folder;
+  const std::string porous =
+      "    areal_density: 0.2\n    stretch: 400\n    porous: {uptake_velocity: 0.02, permeability: 1.0e-11}\n";
+  for (const std::string& attribute : {std::string("wax"), std::string("grey")}) {
+    const Model m = model_of(painted_cloth(
+        folder, porous + "    regions: [{attribute: " + attribute +
+                    ", friction: 1, areal_density: 0.6, stretch: 1200, porous: {absorption: 0, permeability: 0}}]\n"));
+    double density = 0;
+    for (Index n = 0; n < m.mesh.nodes(); ++n) {
+      const ClothMaterial& own = m.material_of_node(n);
+      const double wax = m.mesh.rest_position[static_cast<std::size_t>(n)][0] / 2;
+      EXPECT_NEAR(own.friction, 0.2 + 0.8 * wax, 0.8 / 32 + 0.02) << wax;
+      EXPECT_NEAR(own.friction_wet, own.friction, 1e-12);
+      density += m.mesh.solid_mass[static_cast<std::size_t>(n)] / (2 * 0.2);
+    }
+    EXPECT_NEAR(density, 0.4, 0.005);
+    for (Index t = 0; t < m.mesh.triangles(); ++t) {
+      const ClothMaterial& own = m.material_of_triangle(t);
+      const double part = (own.areal_density - 0.2) / 0.4;
+      EXPECT_NEAR(own.permeability, (1 - part) * 1e-11, 1e-14);
+      EXPECT_NEAR(own.uptake_velocity, (1 - part) * 0.02, 1e-9);
+      EXPECT_NEAR(m.fabric_of_triangle(t).stretch, 400 + 800 * part, 1e-9);
+    }
+    EXPECT_EQ(m.patches.size(), 16u) << "no materials for single nodes";
+  }
+  const Model blocked = model_of(painted_cloth(folder,
+                                               "    warp: [1, 0, 0]\n    porous: {diffusivity: 2.0e-4, "
+                                               "weft_diffusivity: 1.0e-4}\n    regions: [{attribute: wax, "
+                                               "porous: {diffusivity: 0}}]\n"));
+  for (const double weight : blocked.fabric.weight) EXPECT_TRUE(std::isfinite(weight));
+  EXPECT_GT(blocked.fabric.weight.size(), 300u);
+  for (const auto& [keys, key] : {std::pair{"uptake_velocity: 0.01", "porous.uptake_velocity"},
+                                  {"permeability: 1.0e-11, fibre_diameter: 1.0e-5", "porous.fibre_diameter"}})
+    EXPECT_NE(
+        refusal(painted_cloth(folder, fmt::format("    porous: {{permeability: 1.0e-11}}\n    regions: [{{attribute: "
+                                                  "wax, porous: {{{}}}}}]\n",
+                                                  keys)))
+            .find(fmt::format("cloth.0.regions.0.{}: differs in kind from that of the cloth", key)),
+        std::string::npos)
+        << keys;
+  EXPECT_EQ(refusal(painted_cloth(folder, "    regions: [{attribute: wex, friction: 1}]\n")),
+            "cloth.0.regions.0.attribute: cloth 'strip': region wex (painted): the vertices of its mesh have no "
+            "attribute 'wex'; allowed: the name of one of their numbers, which lie between 0 and 1");
+}
+
 TEST(Regions, BadOnesAreRefusedWithOneLine) {
   const test::TempFolder folder;
   EXPECT_EQ(refusal(named_cloth(folder, "{group: him, bend: 0}")),
@@ -183,7 +249,9 @@ TEST(Regions, BadOnesAreRefusedWithOneLine) {
   const std::pair<const char*, const char*> lines[] = {
       {"{group: hem, bend: 0}",
        "regions.0.group: applies only to meshes with groups, and a grid has none; allowed: box, or an .obj file"},
-      {"{bend: 0}", "regions.0: has none of the keys group, box; allowed: exactly one of them"},
+      {"{attribute: wax, bend: 0}",
+       "regions.0.attribute: applies only to .ply files, which have vertex attributes; allowed: box, or a .ply file"},
+      {"{bend: 0}", "regions.0: has none of the keys group, box, attribute; allowed: exactly one of them"},
       {"{box: {min: [0, -1, -1], max: [2, 1, 1]}, strain_limit: 0.1}",
        "regions.0.strain_limit: cannot differ between regions; allowed: only as a key of the cloth"},
       {"{box: {min: [0, -1, -1], max: [2, 1, 1]}, porous: {capillary_height: 1}}",

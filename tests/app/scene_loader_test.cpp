@@ -199,6 +199,7 @@ ClothScene cloth_with_moved_pins() {
   moved.pins[0].end = 2.5;
   moved.pins[1].kind = PinScene::Kind::nodes;
   moved.pins[1].nodes = {3};
+  moved.pins[1].stiffness = 500;
   moved.pins[1].velocity = {{{0, {0, 0, 0}}, {1, {0, 1, 0}}}, Interpolation::step};
   moved.pins[1].offset = {{{0, {0, 0, 0}}, {2, {0.1, 0.2, 0.3}}}, Interpolation::smooth};
   moved.pins[2].kind = PinScene::Kind::box;
@@ -247,6 +248,28 @@ ClothScene cloth_that_follows_files() {
   followed.pins[1].nodes = {2};
   followed.pins[1].body = "floor";
   return followed;
+}
+
+ClothScene painted_cloth() {
+  ClothScene painted;
+  painted.name = "painted";
+  painted.file = folder().file("mesh.PLY");
+  painted.regions.resize(1);
+  painted.regions[0].kind = RegionScene::Kind::attribute;
+  painted.regions[0].attribute = "wax";
+  painted.regions[0].material.friction = 0.9;
+  return painted;
+}
+
+JointScene every_joint_key() {
+  JointScene joint;
+  joint.body = "ball";
+  joint.to = "floor";
+  joint.point = {0, 0.2, 0.25};
+  joint.axis = {1, 0, 0};
+  joint.limits = {-30, 60};
+  joint.motor = {true, {{{0, 0.0}, {1, 90.0}}, Interpolation::linear}, 2};
+  return joint;
 }
 
 std::vector<BodyScene> every_body_key() {
@@ -303,8 +326,10 @@ TEST(SceneLoader, ReadsEveryKey) {
   s.through_cloth = true;
   s.cloth_solver = {ClothMethod::xpbd, 2.0e-3, 500};
   s.fluid = every_liquid_key();
-  s.cloths = {every_cloth_key(), cloth_with_moved_pins(), cloth_from_a_file(), cloth_that_follows_files()};
+  s.cloths = {every_cloth_key(), cloth_with_moved_pins(), cloth_from_a_file(), cloth_that_follows_files(),
+              painted_cloth()};
   s.bodies = every_body_key();
+  s.joints = {every_joint_key()};
 
   const Scene loaded = parse(everything);
   EXPECT_TRUE(same_scene(loaded, s)) << to_yaml(loaded) << "\nexpected\n" << to_yaml(s);

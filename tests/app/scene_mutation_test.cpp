@@ -221,10 +221,12 @@ void write_meshes(const std::filesystem::path& folder) {
       "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 3 0 0\nv 3 0 1\nv 4 0 0\nv 6 0 0\nv 6 0 1\nv 7 0 0\nv 9 0 0\nv 9 0 1\nv 10 0 0\n"
       "g left\nf 1 2 3\ng right-side\nf 4 5 6\ng\nf 7 8 9\nf 10 11 12\n");
   test::write_text(folder / "seams.txt", "0 3\n");
-  test::write_text(folder / "mesh.PLY",
-                   "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-                   "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
-                   "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+  test::write_text(
+      folder / "mesh.PLY",
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float "
+      "wax\n"
+      "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n1 0 0 0.5\n0 1 0 0\n0 0 1 0\n"
+      "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
 }
 
 /// The program says the same as `line`, with exit code 2; it has more memory.
