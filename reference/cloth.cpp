@@ -28,7 +28,13 @@ Vectors solve(const ReferenceState& state, const StepInfo& info, ClothProblem& p
     const ClothMaterial& m = problem.material(n);
     const double damping = m.damping + node_saturation(state, n) * (m.damping_wet - m.damping);
     first[n] += dt * std::exp(-damping * dt) * vec(state.s.node_velocity[n]);
-    problem.target[n] = first[n] + dt * dt * (gravity + load[n] / problem.mass[n]);
+    // The least of m/2Δt² |x − y|² + K/2 |x − X|², with y of the node alone.
+    const double held = state.model.mesh.soft_pin(n), mass = node_mass(state, n);
+    const Vector3d alone = first[n] + dt * dt * (gravity + load[n] / mass);
+    problem.target[n] = alone;
+    if (held > 0)
+      problem.target[n] =
+          (mass * alone + held * dt * dt * pin_position(state, n, info.time + dt)) / (mass + held * dt * dt);
   }
   ClothIteration iteration(problem, last.value_or(first));
   const int max_iterations = state.model.scene.cloth_solver.max_iterations;
@@ -73,6 +79,10 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
       state.s.node_velocity[n] = arr(v);
       continue;
     }
+    const double held = state.model.mesh.soft_pin(n);
+    if (held > 0)
+      state.s.node_pin_force[n] =
+          arr(vec(state.s.node_pin_force[n]) + held * (pin_position(state, n, info.time + dt) - x[n]));
     Vector3d free = r[n];
     if (problem.contact(n, x[n], free, 1).press > 0) {
       state.s.node_contact_force[n] = arr(free - r[n]);

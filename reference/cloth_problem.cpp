@@ -71,7 +71,7 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
   for (const Vec3& x : state.s.node_position) start.push_back(vec(x));
   target = start;
   for (Index n = 0; n < mesh.nodes(); ++n) {
-    mass.push_back(node_mass(state, n));
+    mass.push_back(node_mass(state, n) + mesh.soft_pin(n) * dt * dt);
     diagonal.push_back(mass[n] / (dt * dt));
     clearance.push_back(clearance_of(state, bodies, n, dt));
   }

@@ -29,7 +29,7 @@ struct ClothProblem {
   double dt;
   Vectors start;                      // x⁰, m
   Vectors target;                     // y, m
-  std::vector<double> mass;           // wet, kg
+  std::vector<double> mass;           // wet, kg; of softly pinned nodes m + K Δt²
   std::vector<double> diagonal;       // D, N/m
   std::vector<double> stitch_length;  // at the end of the step, m
   std::vector<PlacedBody> bodies;

@@ -192,7 +192,7 @@ bool falls_freely(const Model& model, const ClothMaterial& cloth, const std::vec
   const Vector3d g = to_eigen(model.scene.gravity);
   if (!cloth.dynamics || g.norm() == 0 || model.has_moving_body()) return false;
   for (const Index n : nodes)
-    if (model.mesh.pinned[static_cast<std::size_t>(n)]) return false;
+    if (model.mesh.pinned[static_cast<std::size_t>(n)] || model.mesh.soft_pin(n) > 0) return false;
   if (cloth.self_collision)
     for (const ClothMaterial& other : model.cloths)
       if (&other != &cloth && other.self_collision) return false;

@@ -52,7 +52,7 @@ std::vector<ClothPiece> pieces_of(const Model& model) {
     piece.nodes = static_cast<Index>(members.size());
     piece.box = {mesh.rest_position[at(first)], mesh.rest_position[at(first)]};
     for (const Index n : members) {
-      piece.pinned += mesh.pinned[at(n)];
+      piece.pinned += mesh.pinned[at(n)] || mesh.soft_pin(n) > 0;
       for (std::size_t a = 0; a < 3; ++a) {
         piece.box.min[a] = std::min(piece.box.min[a], mesh.rest_position[at(n)][a]);
         piece.box.max[a] = std::max(piece.box.max[a], mesh.rest_position[at(n)][a]);

@@ -39,7 +39,7 @@
   FIELD(node,     buffered,         Quanta,       "quanta", true)        /* the excess that is ready to leave */      \
   FIELD(node,     contact_force,    Vec3,         "N",      true)        /* of the touching body, along its normal */ \
   FIELD(node,     friction_force,   Vec3,         "N",      true)        /* the same, along its surface */            \
-  FIELD(node,     pin_force,        Vec3,         "N",      true)        /* reaction of the pin, 0 on free nodes */   \
+  FIELD(node,     pin_force,        Vec3,         "N",      true)        /* reaction of its pin, 0 without one   */   \
   FIELD(node,     solute,           Quanta,       "quanta", m.has_solute())    /* dissolved or dried on */             \
   FIELD(node,     contact_pressure, double,       "Pa",     m.has_squeezing()) /* on the fabric, over some steps */
 

@@ -64,6 +64,42 @@ double off_the_way(const HostState& now, const HostState& start, const std::vect
   return worst;
 }
 
+TEST(attachments, soft_pins_carry_the_weight_with_their_stiffness_and_let_go) {
+  constexpr double stiffness = 20;  // N/m
+  const std::vector<Index> nodes = upper(Simulation(scene()).state());
+  std::string pin = list_of(nodes);
+  pin.insert(pin.find("}]"), ", stiffness: " + std::to_string(stiffness));
+  Simulation run(scene(pin));
+  const HostState start = run.state();
+  EXPECT_EQ(run.attached(0), nodes);
+  run.run_until(3);
+  const HostState rest = run.state();
+  double sag = 0, share = 0;
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const auto n = static_cast<std::size_t>(nodes[k]);
+    const double part = k == 0 || k + 1 == nodes.size() ? 0.5 : 1;  // of the stiffness: as the nodes' masses
+    sag += part * (start.node_position[n][1] - rest.node_position[n][1]);
+    share += part;
+  }
+  EXPECT_NEAR(sag / share, weight / stiffness, 2e-3 * weight / stiffness) << "m";
+  EXPECT_NEAR(run.body_load(0).attached_force[1], -weight, 2e-3 * weight) << "N, on the gripper";
+  // They follow the body: 0.1 m/s upwards, steadily with the same sag.
+  run.set_body_velocity(0, {0, 0.1, 0}, {0, 0, 0});
+  run.run_until(5);
+  double risen = 0;
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const auto n = static_cast<std::size_t>(nodes[k]);
+    risen += (k == 0 || k + 1 == nodes.size() ? 0.5 : 1) * (run.state().node_position[n][1] - rest.node_position[n][1]);
+  }
+  const double drag = 8 * 0.1 * 0.3 * 0.04;  // N, of `damping`
+  EXPECT_NEAR(risen / share, 0.2 - drag / stiffness, 2e-4) << "m";
+  run.detach(0, nodes);
+  run.run_until(5.4);
+  EXPECT_LT(run.state().node_position[static_cast<std::size_t>(nodes[4])][1],
+            rest.node_position[static_cast<std::size_t>(nodes[4])][1] + 0.1);
+  EXPECT_EQ(run.body_load(0).attached_force[1], 0);
+}
+
 TEST(attachments, pins_of_a_scene_and_of_a_program_follow_the_body) {
   Simulation run(scene());
   const HostState start = run.state();

@@ -284,6 +284,19 @@ TEST(cloth, held_by_pins_that_a_program_moves_agrees_with_the_reference) {
                    .changes = stage == Stage::advection ? "node_position" : "node_velocity"});
 }
 
+/// Soft pins that pull at a wet sheet, and at one that a solid carries.
+TEST(cloth, held_by_soft_pins_agrees_with_the_reference) {
+  const std::string soft = "{edges: true, stiffness: 300, velocity: [0.1, 0.3, -0.2], start: 0.003}";
+  const std::string scene = with(wet_scene(), "{edges: true}", soft);
+  for (const std::string& one : {scene, with(xpbd_scene(), "{edges: true}", soft)})
+    for (const char* changed : {"node_velocity", "node_pin_force"})
+      compare_stage({.stage = Stage::cloth, .scene = one, .changes = changed});
+  for (const Stage stage : {Stage::pressure, Stage::advection})
+    compare_stage(
+        {.stage = stage, .scene = scene, .changes = stage == Stage::advection ? "node_position" : "node_pin_force"});
+  compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = press_on_the_sphere, .changes = "node_pin_force"});
+}
+
 /// Pins that move and turn with a body beside the scene.
 TEST(cloth, held_by_pins_that_follow_a_body_agrees_with_the_reference) {
   const std::string scene = with(with(wet_scene(), "bodies:\n",

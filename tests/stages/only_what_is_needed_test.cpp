@@ -136,6 +136,11 @@ TEST(only_what_is_needed, strain_limits_weaves_and_moving_pins_cost_only_scenes_
     const Watch watch(with(no_fluid, "corners: true", "corners: true, velocity: [0, 1, 0]"));
     EXPECT_EQ(containing(launched, {"::pins"}), 1);
     EXPECT_EQ(containing(allocated, {"pin_motion", "pin_steps", "node_rest_position"}), 3);
+    EXPECT_EQ(containing(allocated, {"pin_stiffness"}), 0);
+  }
+  {
+    const Watch watch(with(no_fluid, "corners: true", "corners: true, stiffness: 100"));
+    EXPECT_EQ(containing(allocated, {"pin_stiffness"}), 1);
   }
 }
 

@@ -21,13 +21,16 @@ void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver
   const Entries<Real3> shift = solver.displacement, last_shift = solver.last_displacement;
   const NodeLiquid wet(constants, cloth);
   const Real3 gravity = constants.gravity;
+  const SoftPins soft(cloth);
   parallel(
       "drench::cloth::target", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Real damping = damping_at(s.materials(n), wet, n);
         const Real3 free = (dt * Kokkos::exp(-damping * dt)) * velocity(n);
-        Real3 pull = gravity;
+        const Real held = soft(n) * (dt * dt) / s.mass(n);  // share of a soft pin in m_n + K Δt²
+        Real3 pull = (1 - held) * gravity;
         if (loaded) pull += (1 / s.mass(n)) * force(n);
-        s.target(n) = free + (dt * dt) * pull;
+        s.target(n) = (1 - held) * free + (dt * dt) * pull;
+        if (held > 0) s.target(n) += held * (soft.motions.position(n) - s.start(n));
         if (!again) shift(n) = s.pinned(n) ? Real3{} : free;
         last_shift(n) = shift(n);
       });
@@ -35,7 +38,7 @@ void aim(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver
   const PinMotions motions(cloth);
   parallel(
       "drench::cloth::pins", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        if (motions.moves(n)) shift(n) = last_shift(n) = motions.shift(n);
+        if (s.pinned(n) && motions.moves(n)) shift(n) = last_shift(n) = motions.shift(n);
       });
 }
 
@@ -47,6 +50,7 @@ void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& sol
   const Entries<Real3> contact_force = cloth.nodes.contact_force, friction_force = cloth.nodes.friction_force;
   const Entries<const Real3> force = cloth.nodes.force;
   const Real3 gravity = constants.gravity;
+  const SoftPins soft(cloth);
   parallel(
       "drench::cloth::velocity", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         contact_force(n) = friction_force(n) = Real3{};
@@ -59,6 +63,7 @@ void finish(const Constants& constants, Cloth& cloth, const ClothSolverWork& sol
           return;
         }
         velocity(n) = v;
+        if (soft(n) > 0) pin_force(n) += soft.force(n, s.start(n) + shift(n));
         const NodeTerms t = s.terms(n);
         Real3 nothing{};  // most nodes touch nothing, and the residual of the others is long to evaluate
         if (!s.contact(t, shift(n), nothing, t.compression).touches) return;

@@ -47,6 +47,7 @@ struct Nodes {
   Field<Index> joint;                          // the lowest node that it is sewn to; empty without stitches
   Field<Index> pin_motion;                     // −1: none; empty unless pins move
   Field<Real3> rest_position;                  // m; empty unless pins move
+  Field<Real> pin_stiffness;                   // N/m; empty without soft pins
   // derived
   Field<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Field<Real3> force;        // f_n, N: what the stage that runs does to the node

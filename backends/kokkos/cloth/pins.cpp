@@ -90,8 +90,11 @@ PinStep step_of(const PinMotion& m, double from, double to) {
 
 void find_moving_pins(const Model& model, Nodes& nodes) {
   nodes.pin_motion = Array<Index>();
+  nodes.pin_stiffness = Array<Real>();
   if (!model.has_moving_pins()) return;
   nodes.pin_motion = to_device<Index>("drench::node_pin_motion", model.mesh.pin_motion);
+  if (model.has_soft_pins())
+    nodes.pin_stiffness = to_device<Real>("drench::node_pin_stiffness", model.mesh.pin_stiffness);
   if (!nodes.rest_position.exists())
     nodes.rest_position = to_device3("drench::node_rest_position", model.mesh.rest_position);
 }

@@ -5,7 +5,8 @@
 
 namespace drench::kokkos_backend {
 
-/// nodes.pin_motion and .rest_position, if any pin moves: at set-up, and when the model has changed.
+/// nodes.pin_motion, .rest_position and .pin_stiffness, if any pin moves or is soft: at set-up, and when the model has
+/// changed.
 void find_moving_pins(const Model& model, Nodes& nodes);
 
 /// cloth.pin_steps for this step. Does nothing if no pin moves.
@@ -36,6 +37,26 @@ struct PinMotions {
     const PinStep& s = steps(motion(n));
     const Real3 arm = rest(n) - s.center;
     return s.offset + Real3{dot(s.rotation[0], arm), dot(s.rotation[1], arm), dot(s.rotation[2], arm)};
+  }
+};
+
+/// Nodes that springs hold to where their pins are at the step's end (docs/theory/cloth.md, (13a)).
+struct SoftPins {
+  PinMotions motions;
+  Entries<const Real> stiffness;
+  Entries<const std::uint8_t> pinned;
+
+  explicit SoftPins(const Cloth& cloth)
+      : motions(cloth), stiffness(cloth.nodes.pin_stiffness), pinned(cloth.nodes.pinned) {}
+
+  /// N/m; 0: no soft pin holds it.
+  KOKKOS_INLINE_FUNCTION Real operator()(Index n) const {
+    return stiffness.exist() && !pinned(n) && motions.moves(n) ? stiffness(n) : Real(0);
+  }
+  /// What the spring does to a node at `position`, N.
+  KOKKOS_INLINE_FUNCTION Real3 force(Index n, const Real3& position) const {
+    const Real k = (*this)(n);
+    return k > 0 ? k * (motions.position(n) - position) : Real3{};
   }
 };
 

@@ -8,6 +8,7 @@
 
 #include "base/stop_request.hpp"
 #include "cloth/clearance.hpp"
+#include "cloth/pins.hpp"
 #include "cloth/wet_cloth.hpp"
 
 namespace drench::kokkos_backend {
@@ -66,10 +67,12 @@ void masses_and_diagonals(const Constants& constants, const Cloth& cloth, const 
   const Entries<const Index> hinge_start = cloth.nodes.hinge_start, hinge_item = cloth.nodes.hinge_item;
   const Entries<const Real> hinge_weight = cloth.mesh.hinge_weight, hinge_stiffness = cloth.mesh.hinge_stiffness;
   const Entries<const Real> plate = cloth.nodes.plate_diagonal;
+  const SoftPins soft(cloth);
   parallel(
       "drench::cloth::diagonal", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        const Real mass =
+        Real mass =
             static_cast<Real>(static_cast<double>(solid_mass(n)) + wet.quantum * static_cast<double>(wet.liquid(n)));
+        mass += soft(n) * s.dt * s.dt;
         Real diagonal = mass * s.inverse_dt2;
         for (Index r = s.edge_start(n); r < s.edge_start(n + 1); ++r)
           diagonal += (1 + s.strain_damping_rate(n)) * s.edge_stiffness(s.edge_item(r));

@@ -14,7 +14,7 @@ namespace drench::kokkos_backend {
 
 /// Work arrays of the cloth's solver, made on first use; per node.
 struct ClothSolverWork {
-  Field<Real> mass, diagonal;  // m_n, kg; D_n, N/m
+  Field<Real> mass, diagonal;  // m_n, kg, of softly pinned nodes m_n + K_n Δt²; D_n, N/m
   Field<Real> friction;        // μ_n, 1
   Field<Real> saturation;      // s_n, 1; empty unless membranes soften when wet
   Field<Real3> base;           // the target without the pressure's part, m (stage pressure)

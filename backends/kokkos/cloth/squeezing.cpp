@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "cloth/pins.hpp"
 #include "cloth/proximity.hpp"
 #include "cloth/squeezing.hpp"
 #include "cloth/stages.hpp"
@@ -18,6 +19,7 @@ namespace law = squeezing_law;
 /// What the kernels see.
 struct Squeezing {
   ClothSystem cloth;
+  SoftPins soft;
   Entries<const Real> inverse_mass;
   Entries<Double3> pull, smooth, acceleration, wall;
   Entries<std::int64_t> push, load;
@@ -27,6 +29,7 @@ struct Squeezing {
 
   Squeezing(const ClothSystem& system, const Cloth& fabric, SqueezingWork& work, double force_unit)
       : cloth(system),
+        soft(fabric),
         inverse_mass(fabric.nodes.inverse_mass),
         pull(work.pull),
         smooth(work.smooth),
@@ -53,7 +56,8 @@ struct Squeezing {
   KOKKOS_INLINE_FUNCTION void find_force(Index n, const Real3& gravity) const {
     if (n == 0) count(0) = 0;
     const auto at_rest = [](Index) { return Real3{}; };
-    pull(n) = smooth(n) = widen(cloth.elastic_force(n, at_rest) + cloth.mass(n) * gravity);
+    const Real mass = inverse_mass(n) > 0 ? 1 / inverse_mass(n) : cloth.mass(n);  // without a soft pin's share
+    pull(n) = smooth(n) = widen(cloth.elastic_force(n, at_rest) + mass * gravity + soft.force(n, cloth.start(n)));
     const Real range = ClothSystem::contact_range(cloth.terms(n));
     Double3 normal;
     for (std::size_t b = 0; b < cloth.solids.extent(0) && !cloth.pinned(n); ++b) {

@@ -1,5 +1,6 @@
 #include "coupling/elastic_sheets.hpp"
 
+#include "cloth/pins.hpp"
 #include "stages/pressure.hpp"
 
 namespace drench::kokkos_backend {
@@ -58,12 +59,15 @@ void ElasticSheets::accept() {
   const Real dt = dt_;
   const Entries<Real3> v = cloth_.nodes.velocity, pin = cloth_.nodes.pin_force;
   const Entries<const Real3> f = std::as_const(cloth_).nodes.force, shift = std::as_const(solver_).displacement;
+  const SoftPins soft(cloth_);
   parallel(
       "drench::pressure::accept_cloth", cloth_.nodes.count, KOKKOS_LAMBDA(const Index n) {
         if (s.pinned(n))
           pin(n) -= s.elastic_force(n, shift) + f(n);
-        else
+        else {
+          if (soft(n) > 0) pin(n) += soft(n) * (dt * v(n) - shift(n));
           v(n) = (1 / dt) * shift(n);
+        }
       });
 }
 
