@@ -111,7 +111,7 @@ std::vector<double> density_rate(const ReferenceState& state, const Vectors& flu
 std::vector<double> approach_rate(const ReferenceState& state, const Vectors& fluid, const Vectors& node);
 
 // The answer of the dynamic bodies (rigid_bodies.hpp).
-void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
+void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, const StepInfo& info);
 void accept_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
 
 /// What a DFSPH solve reports.
@@ -161,7 +161,7 @@ struct Residuals {
 /// The loop that both solves share. A Jacobi update raises κ_i by ω α_i residual/Δt², λ_i likewise. Particles without
 /// `active` keep κ = 0 and do not count in the error. `last_start` is the SolveResult::start of the step before.
 SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, const std::vector<bool>& active,
-                           double tolerance, double dt, ClothResponse& cloth, const Residuals& residuals,
+                           double tolerance, const StepInfo& info, ClothResponse& cloth, const Residuals& residuals,
                            double last_start);
 
 }  // namespace drench::reference

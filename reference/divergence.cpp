@@ -16,8 +16,8 @@ void divergence(ReferenceState& state, const StepInfo& info, StepReport& report)
   }
   const Residuals residuals{[&](Index, double rate) { return info.dt * rate; }, {}};
   FreeCloth cloth(state, info.dt);
-  const SolveResult result = solve_pressure(state, kappa, active, state.model.scene.fluid.solver.divergence_error,
-                                            info.dt, cloth, residuals, info.divergence_start);
+  const SolveResult result = solve_pressure(state, kappa, active, state.model.scene.fluid.solver.divergence_error, info,
+                                            cloth, residuals, info.divergence_start);
   if (state.model.only_liquid_answers()) report.divergence_start = result.start;
   report.divergence_iterations = result.iterations;
   report.divergence_error = result.error;

@@ -65,6 +65,8 @@ class ElasticCloth : public ClothResponse {
     const Vectors internal = problem_.internal_force(x);
     for (Index n = 0; n < state.s.node_count(); ++n) {
       if (problem_.is_free(n)) {
+        state.s.node_pin_force[n] =
+            arr(vec(state.s.node_pin_force[n]) + problem_.model().mesh.soft_pin(n) * (began_[n] - x[n]));
         state.s.node_velocity[n] = arr((x[n] - problem_.start[n]) / problem_.dt);
         continue;
       }
@@ -84,12 +86,12 @@ class ElasticCloth : public ClothResponse {
 };
 
 /// Mean of max(0, r_i) at the velocities that the solve begins with, 1.
-double mean_source(ReferenceState& state, double dt, const std::vector<bool>& active,
+double mean_source(ReferenceState& state, const StepInfo& info, const std::vector<bool>& active,
                    const std::function<double(Index, double)>& compression) {
   Vectors fluid, nodes;
   for (const Vec3& v : state.s.fluid_velocity) fluid.push_back(vec(v));
   for (const Vec3& v : state.s.node_velocity) nodes.push_back(vec(v));
-  respond_bodies(state, std::vector<double>(fluid.size(), 0.0), dt);
+  respond_bodies(state, std::vector<double>(fluid.size(), 0.0), info);
   const std::vector<double> rate = density_rate(state, fluid, nodes);
   double sum = 0;
   for (Index i = 0; i < state.s.fluid_count(); ++i)
@@ -117,18 +119,17 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
   clear_inactive(state);
   double tolerance = correction * state.model.density_tolerance();
   if (const auto part = state.model.scene.fluid.solver.source_error)
-    tolerance =
-        std::min(tolerance, std::max(*part * mean_source(state, info.dt, active, compression), 1e-4 * tolerance));
+    tolerance = std::min(tolerance, std::max(*part * mean_source(state, info, active, compression), 1e-4 * tolerance));
   std::vector<double>& kappa = state.s.fluid_kappa_density;
   SolveResult result;
   if (state.model.has_moving_cloth()) {
     ElasticCloth cloth(state, info, pressure_response(state, kappa).node_force);
-    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals, info.density_start);
+    result = solve_pressure(state, kappa, active, tolerance, info, cloth, residuals, info.density_start);
     report.cloth_iterations += cloth.iterations();
     if (cloth.iterations() > 0) report.note_cloth_residual(cloth.residual());
   } else {
     FreeCloth cloth(state, info.dt);
-    result = solve_pressure(state, kappa, active, tolerance, info.dt, cloth, residuals, info.density_start);
+    result = solve_pressure(state, kappa, active, tolerance, info, cloth, residuals, info.density_start);
   }
   report.density_iterations = result.iterations;
   if (state.model.only_liquid_answers()) report.density_start = result.start;

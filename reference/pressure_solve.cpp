@@ -32,8 +32,9 @@ double start_scale(const ReferenceState& state, const std::vector<double>& kappa
 }  // namespace
 
 SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, const std::vector<bool>& active,
-                           double tolerance, double dt, ClothResponse& cloth, const Residuals& residuals,
+                           double tolerance, const StepInfo& info, ClothResponse& cloth, const Residuals& residuals,
                            double last_start) {
+  const double dt = info.dt;
   const auto& solver = state.model.scene.fluid.solver;
   const Index count = state.s.fluid_count();
   SolveResult result;
@@ -51,7 +52,7 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     Vectors fluid;
     for (Index i = 0; i < count; ++i) fluid.push_back(vec(state.s.fluid_velocity[i]) + dt * response.fluid[i]);
     if (!judged) push_bodies_back(state, start = times(dt, response.fluid));
-    respond_bodies(state, volume.pressure, dt);
+    respond_bodies(state, volume.pressure, info);
     const Vectors nodes = cloth.velocities(response.node_force);
     const std::vector<double> rate = density_rate(state, fluid, nodes);
     const double factor = relaxation / (dt * dt);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "state/hinge.hpp"
+
 namespace drench::reference {
 namespace {
 
@@ -158,11 +160,72 @@ Vectors body_pressure_forces(const ReferenceState& state, const std::vector<doub
   return force;
 }
 
-void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt) {
+namespace {
+
+/// What the hinge of a body makes of the velocities that it would have after dt: the constraints of its point and axis
+/// in the metric of the mass, then the motor, then the stops.
+Six held_by_hinge(const ReferenceState& state, Index body, const Joint& joint, double time, double dt, Six velocities) {
+  const Model& m = state.model;
+  const Pose pose = pose_of(state.s, body);
+  const Vector3d none = Vector3d::Zero();
+  const Pose base =
+      joint.other < 0 ? Pose{none, none, none, Eigen::Quaterniond::Identity()} : pose_of(state.s, joint.other);
+  const Matrix3d turn = pose.orientation.toRotationMatrix();
+  const Vector3d axis = turn * vec(joint.axis), arm = turn * (vec(joint.point) - vec(m.bodies[body].center));
+  Eigen::Matrix<double, 6, 6> inverse = Eigen::Matrix<double, 6, 6>::Zero();
+  inverse.topLeftCorner<3, 3>() = Matrix3d::Identity() / m.bodies[body].mass;
+  inverse.bottomRightCorner<3, 3>() = inertia(m.bodies[body], pose).inverse();
+  // Rows: the velocity of the point, the angular velocity across the axis, that along it.
+  const Vector3d one = axis.unitOrthogonal(), two = axis.cross(one);
+  Eigen::Matrix<double, 6, 6> rows = Eigen::Matrix<double, 6, 6>::Zero();
+  rows.topLeftCorner<3, 3>().setIdentity();
+  rows.topRightCorner<3, 3>() << 0, arm[2], -arm[1], -arm[2], 0, arm[0], arm[1], -arm[0], 0;
+  rows.block<1, 3>(3, 3) = one.transpose();
+  rows.block<1, 3>(4, 3) = two.transpose();
+  rows.block<1, 3>(5, 3) = axis.transpose();
+  Six wanted;
+  wanted << base.velocity_at(pose.position + arm), one.dot(base.spin), two.dot(base.spin), 0;
+  const auto solve = [&](int count) {
+    const Eigen::MatrixXd j = rows.topRows(count);
+    const Eigen::VectorXd impulse = (j * inverse * j.transpose()).ldlt().solve(wanted.head(count) - j * velocities);
+    return Six(velocities + inverse * j.transpose() * impulse);
+  };
+  const Six hinged = solve(5);
+  const double rate = axis.dot(Vector3d(hinged.tail<3>()) - base.spin);
+  double held = rate;
+  if (joint.torque > 0) {
+    // What a torque along the axis does to the rate, with the constraints.
+    velocities.tail<3>() += inverse.bottomRightCorner<3, 3>() * (joint.torque * dt * axis);
+    const double most = axis.dot(Vector3d(solve(5).tail<3>()) - base.spin) - rate;
+    held += std::min(std::max(joint.speed.at(time + dt) - rate, -most), most);
+  }
+  if (joint.limited) {
+    const Matrix3d against = base.orientation.toRotationMatrix().transpose() * turn;
+    const Vector3d mark = vec(joint.axis).unitOrthogonal(), now = against * mark;
+    const double angle = std::atan2(vec(joint.axis).dot(mark.cross(now)), mark.dot(now));
+    const double half = (joint.high - joint.low) / 2;
+    const double next = std::remainder(angle - (joint.low + joint.high) / 2, 2 * std::numbers::pi) + dt * held;
+    if (next < -half ? held < 0 : next > half && held > 0) held = 0;
+  }
+  wanted[5] = axis.dot(base.spin) + held;
+  return solve(6);
+}
+
+}  // namespace
+
+void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, const StepInfo& info) {
+  const double dt = info.dt;
   state.boundary_predicted.clear();
   for (const Vec3& v : state.s.boundary_velocity) state.boundary_predicted.push_back(vec(v));
   if (!state.model.has_dynamic_body()) return;
-  const auto gain = accelerations(state, body_pressure_forces(state, kappa));
+  auto gain = accelerations(state, body_pressure_forces(state, kappa));
+  for (Index k = 0; k < state.s.body_count(); ++k) {
+    const Joint* joint = hinge_of_body(state.model, k);
+    if (!joint) continue;
+    Six now;
+    now << vec(state.s.body_velocity[k]), vec(state.s.body_angular_velocity[k]);
+    gain[k] = (held_by_hinge(state, k, *joint, info.time, dt, now + dt * gain[k]) - now) / dt;
+  }
   for (Index b = 0; b < state.model.boundary.count(); ++b) {
     const auto& a = gain[state.model.boundary.body[b]];
     state.boundary_predicted[b] += dt * (a.head<3>() + a.tail<3>().cross(arm_of(state, b)));

@@ -36,7 +36,7 @@ void refresh_body_samples(ReferenceState& state);
 /// Forces of the pressures κ on the boundary samples, N.
 Vectors body_pressure_forces(const ReferenceState& state, const std::vector<double>& kappa);
 /// state.boundary_predicted: the velocities that these forces leave the boundary samples.
-void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
+void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, const StepInfo& info);
 /// The dynamic bodies take what the pressures κ give them.
 void accept_bodies(ReferenceState& state, const std::vector<double>& kappa, double dt);
 /// What walls gave of the liquid's `change` of velocity (m/s), where they extrapolate the pressure, dynamic bodies

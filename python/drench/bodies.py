@@ -115,12 +115,12 @@ class Body:
 
     @property
     def contact_wrench(self) -> Wrench:
-        """What other bodies did to it in the last step: contact and friction between dynamic bodies and all others."""
+        """What other bodies and hinges did to it in the last step: contact and friction of dynamic bodies, forces of hinges."""
         return self._loads()[3]
 
     @property
     def wrench(self) -> Wrench:
-        """What liquid, cloth and other bodies did to it in the last step, without gravity and apply_wrench().
+        """What liquid, cloth and other bodies and hinges did to it in the last step, without gravity and apply_wrench().
 
         Raises ValueError unless the body is dynamic or has `commanded: true`.
         """

@@ -401,12 +401,16 @@ class Simulation:
         self._run.set_jet(_index("jet", jet), _vector("velocity", velocity),
                           None if center is None else _vector("center", center))
 
+    def set_motor(self, joint: int, speed: float) -> None:
+        """Set the speed, rad/s, that the motor of a hinge (`joints`, from 0) holds with at most its torque."""
+        self._run.set_motor(_index("joint", joint), float(speed))
+
     def set_wind(self, velocity: Vector) -> None:
         """Set the velocity of the air, m/s, and switch gusts off."""
         self._run.set_wind(_vector("velocity", velocity))
 
     def save_checkpoint(self, path: str | os.PathLike[str]) -> None:
-        """Save a checkpoint from which the run continues bit for bit, including changed bodies, pins, jets and wind."""
+        """Save a checkpoint from which the run continues bit for bit, including changed bodies, pins, jets, motors and wind."""
         self._run.save_checkpoint(os.fspath(path))
 
     def record(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Recording:

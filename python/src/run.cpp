@@ -174,6 +174,9 @@ class Run {
   void set_jet(Index jet, const Vec3& velocity, const std::optional<Vec3>& center) {
     alone([&] { run_->set_jet(jet, velocity, center); });
   }
+  void set_motor(Index joint, double speed) {
+    alone([&] { run_->set_motor(joint, speed); });
+  }
   void set_wind(const Vec3& velocity) {
     alone([&] { run_->set_wind(velocity); });
   }
@@ -261,6 +264,7 @@ void bind_run(nb::module_& m) {
       .def("attached", &Run::attached, nb::arg("body"),
            nb::sig("def attached(self, body: int) -> numpy.typing.NDArray[numpy.int32]"))
       .def("set_jet", &Run::set_jet, nb::arg("jet"), nb::arg("velocity"), nb::arg("center") = nb::none())
+      .def("set_motor", &Run::set_motor, nb::arg("joint"), nb::arg("speed"))
       .def("set_wind", &Run::set_wind, nb::arg("velocity"))
       .def("save_checkpoint", &Run::save_checkpoint, nb::arg("path"))
       .def("record", &Run::record, nb::arg("folder"), nb::arg("overwrite"))

@@ -140,6 +140,32 @@ def test_a_jet_flows_as_it_is_told():
     assert (newest[:, 0] < -0.2).all()
 
 
+def wheel_scene():
+    return {"time": {"step": 0.002, "end": 10.0}, "domain": {"min": [-1, -1, -1], "max": [1, 1, 1]},
+            "fluid": {"spacing": 0.02, "sources": [{"block": {"min": [0.8, 0.8, 0.8], "max": [0.84, 0.84, 0.84]}}]},
+            "bodies": [{"name": "wheel", "sphere": {"center": [0, 0, 0], "radius": 0.1, "dynamic": True, "mass": 2}}],
+            "joints": [{"hinge": {"body": "wheel", "point": [0, 0, 0], "axis": [0, 0, 1], "motor": {"torque": 5}}}]}
+
+
+def test_a_motor_turns_as_it_is_told(tmp_path):
+    run = drench.Simulation(wheel_scene())
+    wheel = run.bodies["wheel"]
+    run.run_until(0.02)
+    assert wheel.angular_velocity[2] == pytest.approx(0, abs=1e-6)  # a brake
+    run.set_motor(0, 3.0)
+    run.run_until(0.1)
+    assert wheel.angular_velocity[2] == pytest.approx(3, abs=1e-3)
+    assert np.allclose(wheel.position, 0, atol=1e-4)
+    run.save_checkpoint(tmp_path / "a.drench")
+    again = drench.Simulation(wheel_scene(), resume=tmp_path / "a.drench")
+    for one in (run, again):
+        one.run_until(0.14)
+    assert same_state(run.state(), again.state()) and again.bodies["wheel"].angular_velocity[2] == pytest.approx(3, abs=1e-3)
+    for wrong, words in ((lambda: run.set_motor(1, 0), "no joint 1"), (lambda: run.set_motor(0, math.nan), "finite")):
+        with pytest.raises(ValueError, match=words):
+            wrong()
+
+
 def test_wind_blows_in_a_scene_without_it():
     run = drench.Simulation(CLOTH)
     run.run_until(0.02)

@@ -114,6 +114,10 @@ class Simulation {
   /// From now on a force, N, and a torque about the centre, N m, act on a dynamic body, until the next call.
   /// @throws std::invalid_argument for a body that there is not or that is not dynamic, or a number that is not finite
   void apply_wrench(Index body, const Vec3& force, const Vec3& torque = {0, 0, 0});
+  /// From now on the motor of a hinge holds this speed, rad/s, with at most the torque that the scene gives it.
+  /// @param joint its number in the scene, from 0
+  /// @throws std::invalid_argument for a joint that there is not or that has no motor, or a number that is not finite
+  void set_motor(Index joint, double speed);
   /// From now on nodes of a cloth move and turn with a body, starting from their current positions. Nodes that were
   /// attached to another body follow this one instead. Sets up the backend again, without reading the meshes.
   /// @param cloth N, from 0

@@ -130,12 +130,14 @@ void visit_numbers(P& p, Visitor&& visit) {
     all(b.motion.orientation);
     for (auto* v : {&b.motion.start, &b.motion.end}) visit(*v);
   }
+  for (auto& speed : p.motors) visit_keyed(speed, visit);
 }
 
 }  // namespace
 
 Prescribed prescribed_of(const Model& m) {
-  Prescribed p{m.pin_motions, m.mesh.pin_motion, m.mesh.pinned, m.jets, m.scene.wind, {}, m.fastest_before};
+  Prescribed p{m.pin_motions, m.mesh.pin_motion, m.mesh.pinned, m.jets, m.scene.wind, {}, {}, m.fastest_before};
+  for (const Joint& j : m.joints) p.motors.push_back(j.speed);
   for (const Body& b : m.bodies) p.bodies.push_back({b.command, b.applied_force, b.applied_torque});
   return p;
 }
@@ -147,6 +149,7 @@ void prescribe(Model& m, const Prescribed& p) {
   m.jets = p.jets;
   m.scene.wind = p.wind;
   m.fastest_before = p.fastest_before;
+  for (std::size_t k = 0; k < m.joints.size(); ++k) m.joints[k].speed = p.motors[k];
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     m.bodies[b].command = p.bodies[b].motion;
     m.bodies[b].applied_force = p.bodies[b].force;
@@ -204,7 +207,7 @@ void attach_nodes(Model& m, Index cloth, const std::vector<Index>& nodes, Index 
     const auto n = static_cast<std::size_t>(range.first_node + k);
     const bool attached =
         m.mesh.pin_motion[n] >= 0 && m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])].body >= 0;
-    if (m.mesh.pinned[n] && !attached)
+    if ((m.mesh.pinned[n] || m.mesh.soft_pin(static_cast<Index>(n)) > 0) && !attached)
       throw std::invalid_argument(fmt::format("node {} of cloth {} is held by a pin of the scene", k, cloth));
     const Eigen::Vector3d arm = to_eigen(arm_of_point(body, position[n], time));
     PinMotion motion;
@@ -325,6 +328,15 @@ void change_wrench(Model& m, Index number, const Vec3& force, const Vec3& torque
   body.applied_torque = torque;
 }
 
+void change_motor(Model& m, Index number, double speed) {
+  if (number < 0 || number >= std::ssize(m.joints))
+    throw std::invalid_argument(fmt::format("there is no joint {}; the scene has {}", number, m.joints.size()));
+  Joint& joint = m.joints[static_cast<std::size_t>(number)];
+  if (!(joint.torque > 0)) throw std::invalid_argument(fmt::format("joint {} has no motor", number));
+  if (!std::isfinite(speed)) throw std::invalid_argument(fmt::format("the speed of a motor: {} is not finite", speed));
+  joint.speed = speed;
+}
+
 void change_wind(Model& m, const Vec3& velocity) {
   require_finite("the velocity of the wind", velocity);
   m.fastest_before = fastest_prescribed(m);
@@ -348,7 +360,7 @@ std::vector<double> to_numbers(const Model& m) {
 
 void take_numbers(Model& m, const std::vector<double>& numbers) {
   const auto refuse = [] {
-    throw std::invalid_argument("the changed bodies, pins, jets and wind are of another scene");
+    throw std::invalid_argument("the changed bodies, pins, jets, motors and wind are of another scene");
   };
   if (numbers.size() < 5) refuse();
   Prescribed p = prescribed_of(m);

@@ -1,7 +1,7 @@
 #pragma once
 // What a scene prescribes and a program may change between two steps: the velocity of pins, jets and wind, the motion
-// of bodies and what acts on them, the nodes that are attached to bodies. Each change is continuous: pins and bodies go
-// on from where they are, a jet from the liquid that it has let go.
+// of bodies and what acts on them, the speed of motors, the nodes that are attached to bodies. Each change is
+// continuous: pins and bodies go on from where they are, a jet from the liquid that it has let go.
 
 #include <cstdint>
 #include <optional>
@@ -26,7 +26,8 @@ struct Prescribed {
   std::vector<Jet> jets;
   WindScene wind;
   std::vector<BodyCommand> bodies;
-  double fastest_before = 0;  // m/s
+  std::vector<Keyed<double>> motors;  // of each joint, rad/s
+  double fastest_before = 0;          // m/s
 };
 Prescribed prescribed_of(const Model& model);
 void prescribe(Model& model, const Prescribed& prescribed);
@@ -56,6 +57,10 @@ std::vector<Index> attached_nodes(const Model& model, Index body);
 /// velocity of 0 closes it. std::invalid_argument: no such jet, no finite number; SetupError: a centre outside the
 /// domain.
 void change_jet(Model& model, Index jet, const Vec3& velocity, const std::optional<Vec3>& center, double time);
+
+/// From now on the motor of joint `joint` holds this speed, rad/s. std::invalid_argument: no such joint, a joint
+/// without motor, no finite number.
+void change_motor(Model& model, Index joint, double speed);
 
 /// std::invalid_argument: there is no such body.
 const Body& body_numbered(const Model& model, Index body);

@@ -282,6 +282,10 @@ void Simulation::set_jet(Index jet, const Vec3& velocity, const std::optional<Ve
   parts_->change_model([&](Model& model) { change_jet(model, jet, velocity, center, time()); });
 }
 
+void Simulation::set_motor(Index joint, double speed) {
+  parts_->change_model([&](Model& model) { change_motor(model, joint, speed); });
+}
+
 void Simulation::set_wind(const Vec3& velocity) {
   parts_->change_model([&](Model& model) { change_wind(model, velocity); });
 }

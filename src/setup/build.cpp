@@ -315,6 +315,34 @@ void follow_bodies(Model& m) {
   }
 }
 
+void make_joints(Model& m) {
+  const auto numbered = [&](const std::string& name) {
+    for (std::size_t b = 0; b < m.bodies.size(); ++b)
+      if (m.scene.bodies[b].name == name) return static_cast<Index>(b);
+    return Index{-1};
+  };
+  constexpr double radian = std::numbers::pi / 180;
+  for (const JointScene& scene : m.scene.joints) {
+    Joint joint{.body = numbered(scene.body),
+                .other = scene.to.empty() ? -1 : numbered(scene.to),
+                .point = scene.point,
+                .axis = to_vec3(to_eigen(scene.axis).normalized())};
+    if (joint.other >= 0 && m.bodies[static_cast<std::size_t>(joint.other)].deforms())
+      throw SetupError(fmt::format("a hinge cannot be fixed to body '{}', because its shape changes; allowed: a body "
+                                   "that keeps its shape",
+                                   scene.to),
+                       fmt::format("joints.{}.hinge.to", m.joints.size()));
+    joint.limited = scene.limits != JointScene{}.limits;
+    joint.low = radian * scene.limits[0];
+    joint.high = radian * scene.limits[1];
+    if (scene.motor.present) {
+      joint.speed = scene.motor.degrees_per_second.scaled(radian);
+      joint.torque = scene.motor.torque;
+    }
+    m.joints.push_back(joint);
+  }
+}
+
 void make_bodies(Setup& setup, SetupLines& lines) {
   Model& m = setup.model;
   const Scene& scene = m.scene;
@@ -341,6 +369,7 @@ void make_bodies(Setup& setup, SetupLines& lines) {
       setup.warnings.push_back(std::move(line));
   start_bodies(m, setup.state);
   follow_bodies(m);
+  make_joints(m);
 }
 
 /// Everything after the meshes.

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/eigen_vec.hpp"
 
@@ -95,13 +96,16 @@ struct RigidContacts::World {
     solver.m_restitutionVelocityThreshold = 0;
     solver.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
     for (const Body& b : model.bodies) add(b);
+    for (const Joint& j : model.joints) add(j);
   }
 
-  std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt) {
+  std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt, double end) {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (bodies_[b]) place(b, motion[b], dt);
+    for (Hinge& h : hinges_) fasten(h, dt, end);
     world_.stepSimulation(dt, 0);
     std::vector<ContactImpulse> contacts(bodies_.size());
+    for (Hinge& h : hinges_) unfasten(h, dt, contacts);
     for (int k = 0; k < dispatcher_.getNumManifolds(); ++k)
       add_impulses(*dispatcher_.getManifoldByIndexInternal(k), motion, contacts);
     for (std::size_t b = 0; b < bodies_.size(); ++b)
@@ -114,6 +118,92 @@ struct RigidContacts::World {
   }
 
  private:
+  struct Hinge {
+    const Joint* joint;
+    btTransform own, others;  // of the hinge in the bodies, z along the axis
+    std::unique_ptr<btHingeConstraint> constraint;
+    btJointFeedback feedback;
+  };
+
+  void add(const Joint& j) {
+    const auto turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), to_eigen(j.axis));
+    const auto place_in = [&](const Body& b) {
+      const Eigen::Quaterniond back = eigen(b.principal).conjugate(), own = back * turn;
+      const Vector3d arm = back * (to_eigen(j.point) - to_eigen(b.center));
+      return btTransform({own.x(), own.y(), own.z(), own.w()}, bullet(per_m_ * arm));
+    };
+    const btTransform in_world({turn.x(), turn.y(), turn.z(), turn.w()}, bullet(per_m_ * to_eigen(j.point)));
+    hinges_.push_back({&j,
+                       place_in(*constant_[static_cast<std::size_t>(j.body)]),
+                       j.other < 0 ? in_world : place_in(*constant_[static_cast<std::size_t>(j.other)]),
+                       nullptr,
+                       {}});
+  }
+  /// A hinge is made anew for each step, so that nothing is kept.
+  void fasten(Hinge& h, double dt, double end) {
+    const Joint& j = *h.joint;
+    btRigidBody& other = j.other < 0 ? anchor_ : *bodies_[static_cast<std::size_t>(j.other)];
+    h.constraint =
+        std::make_unique<btHingeConstraint>(*bodies_[static_cast<std::size_t>(j.body)], other, h.own, h.others);
+    h.constraint->setUseFrameOffset(false);  // with it the joint to a body that turns is not exact
+    const double speed = j.speed.at(end), most = j.torque * dt * per_kg_ * per_m_ * per_m_;  // impulse of the motor
+    const bool stopped = j.limited && set_stops(h, speed, most, dt);
+    // A motor and a stop share one row in Bullet, where the motor's torque would have no limit.
+    if (j.torque > 0 && !stopped) h.constraint->enableAngularMotor(true, speed, most);
+    h.constraint->setJointFeedback(&h.feedback);
+    world_.addConstraint(h.constraint.get(), true);  // the two do not collide
+  }
+  /// Bullet stops a body that is beyond a limit, which a light one under a great load would be by far: a body that
+  /// would pass its limit in this step, against its motor, stops where it is. Returns whether it does.
+  bool set_stops(Hinge& h, double speed, double most, double dt) const {
+    constexpr double beyond = 1e-9;  // rad
+    const Joint& j = *h.joint;
+    const double middle = 0.5 * (j.low + j.high);
+    const double angle = middle + std::remainder(h.constraint->getHingeAngle() - middle, 2 * std::numbers::pi);
+    const double next = angle + dt * rate_of(h, speed, most);
+    double low = j.low, high = j.high;
+    if (next < low) low = std::max(low, angle + beyond);
+    if (next > high) high = std::min(high, angle - beyond);
+    h.constraint->setLimit(std::min(low, high), high, 0.9, 0.3, 0);  // without bounce
+    return next < j.low || next > j.high;
+  }
+  /// The rate, rad/s, at which the hinge and its motor would leave the body turning relative to the other: (5b) of
+  /// docs/theory/bodies.md.
+  double rate_of(const Hinge& h, double speed, double most) const {
+    const Joint& j = *h.joint;
+    const btRigidBody& body = *bodies_[static_cast<std::size_t>(j.body)];
+    const btTransform& at = body.getWorldTransform();
+    const btVector3 axis = at.getBasis() * h.own.getBasis().getColumn(2), arm = at.getBasis() * h.own.getOrigin();
+    const btVector3 lever = arm.cross(axis);
+    btVector3 carried(0, 0, 0), turned(0, 0, 0);
+    if (j.other >= 0) {
+      const btRigidBody& other = *bodies_[static_cast<std::size_t>(j.other)];
+      turned = other.getInterpolationAngularVelocity();
+      carried =
+          other.getInterpolationLinearVelocity() + turned.cross(at.getOrigin() - other.getWorldTransform().getOrigin());
+    }
+    const btMatrix3x3 tensor = body.getInvInertiaTensorWorld().inverse();
+    const double mass = 1 / body.getInvMass(), inertia = axis.dot(tensor * axis) + mass * lever.dot(lever);
+    const double rate = (axis.dot(tensor * (body.getAngularVelocity() - turned)) +
+                         mass * lever.dot(body.getLinearVelocity() - carried)) /
+                        inertia;
+    return rate + std::clamp(speed - rate, -most / inertia, most / inertia);
+  }
+  void unfasten(Hinge& h, double dt, std::vector<ContactImpulse>& contacts) {
+    const Joint& j = *h.joint;
+    const auto add = [&](Index body, const btVector3& force, const btVector3& torque) {
+      if (body < 0) return;
+      ContactImpulse& c = contacts[static_cast<std::size_t>(body)];
+      c.touched = true;
+      c.impulse = to_vec3(to_eigen(c.impulse) + dt / (per_m_ * per_kg_) * eigen(force));
+      c.turning = to_vec3(to_eigen(c.turning) + dt / (per_m_ * per_m_ * per_kg_) * eigen(torque));
+    };
+    add(j.body, h.feedback.m_appliedForceBodyA, h.feedback.m_appliedTorqueBodyA);
+    add(j.other, h.feedback.m_appliedForceBodyB, h.feedback.m_appliedTorqueBodyB);
+    world_.removeConstraint(h.constraint.get());
+    h.constraint.reset();
+  }
+
   void add(const Body& b) {
     constant_.push_back(&b);
     btCollisionShape* const shape = b.deforms() ? nullptr : shape_of(b);
@@ -273,13 +363,15 @@ struct RigidContacts::World {
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;  // null: changes its shape, and has no contacts
   std::vector<const Body*> constant_;
+  btRigidBody anchor_{btRigidBody::btRigidBodyConstructionInfo(0, nullptr, nullptr)};  // the world, of hinges
+  std::vector<Hinge> hinges_;
 };
 
 RigidContacts::RigidContacts(const Model& model) : world_(std::make_unique<World>(model)) {}
 RigidContacts::~RigidContacts() = default;
 
-std::vector<ContactImpulse> RigidContacts::advance(std::vector<RigidMotion>& motion, double dt) {
-  return world_->advance(motion, dt);
+std::vector<ContactImpulse> RigidContacts::advance(std::vector<RigidMotion>& motion, double dt, double end) {
+  return world_->advance(motion, dt, end);
 }
 
 }  // namespace drench

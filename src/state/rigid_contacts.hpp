@@ -1,5 +1,5 @@
 #pragma once
-// Contacts of dynamic bodies with each other and with all other bodies, by Bullet: docs/theory/bodies.md, Contact.
+// Contacts and hinges of dynamic bodies, by Bullet: docs/theory/bodies.md, Contact, Hinges.
 
 #include <memory>
 #include <vector>
@@ -14,25 +14,26 @@ struct RigidMotion {
   Quaternion orientation{1, 0, 0, 0};
 };
 
-/// What the other bodies did to one in a step.
+/// What the other bodies and hinges did to one in a step.
 struct ContactImpulse {
-  bool touched = false;                     // was there any contact?
+  bool touched = false;                     // was there any contact or hinge?
   Vec3 impulse{0, 0, 0}, turning{0, 0, 0};  // kg m/s; kg m²/s, about the centre at the start of the step
 };
 
 class RigidContacts {
  public:
-  /// Keeps a reference to the model's bodies. Half-spaces and the outsides of containers are solid as far as the domain
-  /// is wide.
+  /// Keeps references to the model's bodies and joints. Half-spaces and the outsides of containers are solid as far as
+  /// the domain is wide.
   explicit RigidContacts(const Model& model);
   ~RigidContacts();
   RigidContacts(const RigidContacts&) = delete;
   RigidContacts& operator=(const RigidContacts&) = delete;
 
-  /// Over `dt` (s): dynamic bodies that touch something get the pose of the end of the step and their velocities after
-  /// contact; all others stay as given. `motion` of each body: its pose at the start of the step and its velocities,
-  /// of dynamic ones with all forces of the step in them. Nothing is kept from one step to the next.
-  std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt);
+  /// Over `dt` until `end` (s): dynamic bodies that touch something or hang on a hinge get the pose of the end of the
+  /// step and their velocities after it; all others stay as given. `motion` of each body: its pose at the start of the
+  /// step and its velocities, of dynamic ones with all forces of the step in them. Nothing is kept from one step to the
+  /// next.
+  std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt, double end);
 
  private:
   struct World;

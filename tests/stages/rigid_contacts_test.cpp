@@ -12,6 +12,7 @@
 
 #include "ball_mesh.hpp"
 #include "base/eigen_vec.hpp"
+#include "dry_bodies.hpp"
 #include "paths.hpp"
 #include "pipeline/pipeline.hpp"
 #include "stage_compare.hpp"
@@ -20,8 +21,6 @@ namespace drench::test {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double g = 9.81, dt = 0.002;
 
 std::string file_of(const std::string& name, const TestMesh& mesh) {
   const auto path = own_file(name);
@@ -48,47 +47,6 @@ TestMesh cup_mesh() {
   }
   return mesh;
 }
-
-/// Bodies, beside a speck of liquid that touches none.
-std::string scene_of(const std::string& bodies) {
-  return "drench: 1\ntime: {step: 0.002, end: 10}\ndomain: {min: [-1, -1, -1], max: [1, 2, 1]}\nfluid:\n  spacing: "
-         "0.02\n"
-         "  sources:\n    - block: {min: [0.9, 1.9, 0.9], max: [0.94, 1.94, 0.94]}\nbodies:\n" +
-         bodies;
-}
-
-/// Bodies that fall and touch, without liquid.
-struct Dry {
-  explicit Dry(const std::string& bodies) : setup(setup_from(scene_of(bodies))), contacts(setup.model) {
-    const HostState& s = setup.state;
-    for (std::size_t b = 0; b < s.body_position.size(); ++b)
-      motion.push_back({s.body_position[b], s.body_velocity[b], s.body_angular_velocity[b], s.body_orientation[b]});
-  }
-  void step() {
-    const std::vector<RigidMotion> start = motion;
-    for (std::size_t b = 0; b < motion.size(); ++b)
-      if (setup.model.bodies[b].dynamic) motion[b].velocity[1] -= g * dt;
-    const std::vector<RigidMotion> free = motion;
-    given = contacts.advance(motion, dt);
-    for (std::size_t b = 0; b < motion.size(); ++b) {
-      if (setup.model.bodies[b].dynamic && given[b].touched) continue;
-      for (int a = 0; a < 3; ++a) motion[b].position[a] += dt * free[b].velocity[a];
-    }
-  }
-  void run(double time) {
-    for (double t = 0; t < time; t += dt) step();
-  }
-  Vector3d at(std::size_t b) const { return to_eigen(motion[b].position); }
-  Vector3d velocity(std::size_t b) const { return to_eigen(motion[b].velocity); }
-  double turned(std::size_t b) const {  // degrees
-    return 360 / std::numbers::pi * std::acos(std::min(1.0, std::abs(motion[b].orientation[0])));
-  }
-
-  Setup setup;
-  RigidContacts contacts;
-  std::vector<RigidMotion> motion;
-  std::vector<ContactImpulse> given;
-};
 
 const char* const floor_plane = "  - plane: {point: [0, 0, 0], normal: [0, 1, 0]}\n";
 
@@ -218,7 +176,10 @@ TEST(rigid_contacts, keep_nothing_from_step_to_step) {
   Dry dry(floor_plane +
           fmt::format("  - mesh: {{file: {}, position: [0, 0.05, 0], dynamic: true, spin: {{axis: [1, 0, 1], "
                       "degrees_per_second: 300}}}}\n"
-                      "  - sphere: {{center: [0, 0.12, 0], radius: 0.02, dynamic: true}}\n",
+                      "  - sphere: {{center: [0, 0.12, 0], radius: 0.02, dynamic: true}}\n"
+                      "  - name: door\n    box: {{min: [0.2, 0.5, -0.1], max: [0.5, 0.53, 0.1], dynamic: true}}\n"
+                      "joints:\n  - hinge: {{body: door, point: [0.2, 0.5, 0], axis: [0, 0, 1], limits: [-40, 10], "
+                      "motor: {{torque: 0.1}}}}\n",
                       cup));
   dry.run(0.2);
   RigidContacts fresh(dry.setup.model);
@@ -226,8 +187,8 @@ TEST(rigid_contacts, keep_nothing_from_step_to_step) {
     std::vector<RigidMotion> again = dry.motion;
     for (std::size_t b = 1; b < again.size(); ++b) again[b].velocity[1] -= g * dt;
     std::vector<RigidMotion> first = again;
-    fresh.advance(again, dt);
-    dry.contacts.advance(first, dt);
+    fresh.advance(again, dt, dry.time + dt);
+    dry.contacts.advance(first, dt, dry.time + dt);
     for (std::size_t b = 0; b < again.size(); ++b) {
       EXPECT_EQ(again[b].position, first[b].position);
       EXPECT_EQ(again[b].velocity, first[b].velocity);

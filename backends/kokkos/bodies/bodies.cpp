@@ -80,14 +80,14 @@ RigidState state_of(const RigidMotion& m) {
           {m.orientation[0], m.orientation[1], m.orientation[2], m.orientation[3]}};
 }
 
-/// Where a body is dynamic: on the host, with contacts.
+/// Where a body is dynamic: on the host, with contacts and hinges.
 void move_dynamic_bodies(Bodies& bodies, double t, double dt) {
   const std::vector<RigidState> start = to_host<RigidState>(bodies.state, bodies.count);
   std::vector<RigidState> keyed, end = start;
   if (bodies.keyed.extent(0) > 0) keyed = to_host<RigidState>(bodies.keyed, bodies.count);
   std::vector<RigidMotion> motion;
   for (const RigidState& s : start) motion.push_back(motion_of(s));
-  const std::vector<ContactImpulse> contacts = bodies.contacts->advance(motion, dt);
+  const std::vector<ContactImpulse> contacts = bodies.contacts->advance(motion, dt, t);
   for (std::size_t b = 0; b < end.size(); ++b) {
     const RigidBody& body = bodies.constant_on_host[b];
     bodies.given_by_bodies.push_back({to_double(contacts[b].impulse), to_double(contacts[b].turning)});

@@ -66,6 +66,7 @@ struct DynamicSamples {
   Field<Real> viscous_bound;      // K_b, kg/s (stage forces)
   Field<std::int64_t> pushed;     // 6 a body: what cloth does to it (bodies/pushed_bodies.hpp)
   Field<Wrench> applied;          // a body: what a program does to it, N and N m; null without such a body
+  Field<Hinge> hinge;             // a body; null unless one has a hinge (state/hinge.hpp)
   Field<Wrench> given;            // a body: impulses of the liquid in the step so far, but for given_by_liquid
 };
 
@@ -118,6 +119,8 @@ double fastest_body(const Bodies& bodies, double fall);
 void body_stage(Bodies& bodies, double keep, double weight, const Constants* outside);
 /// The same with dynamic.load as it is.
 void move_by_load(Bodies& bodies, double keep, double weight, const Constants* outside);
+/// dynamic.hinge, with the motors' speeds of this step: before a pressure solve.
+void set_hinges(const Constants& constants, Bodies& bodies, const StepInfo& info);
 /// dynamic.applied, of the model as it is.
 void take_applied(const Constants& constants, Bodies& bodies);
 /// Begins a step: nothing has acted on the bodies yet.

@@ -81,6 +81,51 @@ KOKKOS_INLINE_FUNCTION Double3 times_inertia(const RigidBody& body, const Quater
   return rotate(q, rotate(body.principal, {i.x * own.x, i.y * own.y, i.z * own.z}));
 }
 
+/// A hinge that leaves a dynamic body one turn, about an axis of the world or of a body that is not dynamic. Its
+/// vectors are those of t = 0.
+struct Hinge {
+  int present;
+  Index other;           // −1: the world
+  Double3 arm, axis;     // from the body's centre to the axis, m; unit
+  Double3 mark;          // unit, at right angles to the axis: what the angle is measured by
+  double middle, half;   // rad: between its stops, and how far they are from there
+  double speed, torque;  // rad/s, N m: of the motor in this step; no torque: no motor
+};
+
+/// The velocities that the hinge, its motor and its stops leave a body after `dt` (docs/theory/bodies.md, (5b)).
+/// `other`: null for the world.
+KOKKOS_INLINE_FUNCTION void hold_by_hinge(const Hinge& h, const RigidBody& body, const RigidState& s,
+                                          const RigidState* other, double dt, Double3& velocity, Double3& spin) {
+  constexpr double pi = 3.14159265358979323846;
+  const Double3 a = rotate(s.orientation, h.axis), arm = rotate(s.orientation, h.arm);
+  const Double3 lever = outer(arm, a);  // of the centre, for each rad/s
+  Double3 carried, turned;              // what the other's motion gives the body
+  Double3 mark = h.mark;
+  if (other) {
+    turned = other->spin;
+    carried = add(other->velocity, outer(turned, minus(s.position, other->position)));
+    mark = rotate(other->orientation, mark);
+  }
+  const Double3 own = rotate(s.orientation, h.mark);
+  const double angle = Kokkos::atan2(inner(a, outer(mark, own)), inner(mark, own));
+  const double mass = 1 / body.inverse_mass;
+  const double inertia = inner(a, times_inertia(body, s.orientation, a)) + mass * inner(lever, lever);
+  const double momentum =
+      inner(a, times_inertia(body, s.orientation, minus(spin, turned))) + mass * inner(lever, minus(velocity, carried));
+  double rate = momentum / inertia;
+  if (h.torque > 0) {
+    const double most = h.torque * dt / inertia;
+    rate += larger(-most, smaller(most, h.speed - rate));
+  }
+  double off = angle - h.middle;
+  if (off > pi) off -= 2 * pi;
+  if (off < -pi) off += 2 * pi;
+  if (off + rate * dt < -h.half) rate = larger(0.0, rate);
+  if (off + rate * dt > h.half) rate = smaller(0.0, rate);
+  velocity = add(carried, times(rate, lever));
+  spin = add(turned, times(rate, a));
+}
+
 /// Force (N) and torque about the centre (N m).
 struct Wrench {
   Double3 force, torque;

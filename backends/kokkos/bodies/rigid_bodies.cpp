@@ -1,13 +1,16 @@
 // The solid bodies' arrays, where their surfaces are, and how dynamic ones take up momentum.
 
+#include <Eigen/Geometry>
 #include <stdexcept>
 
+#include "base/eigen_vec.hpp"
 #include "bodies/bodies.hpp"
 #include "bodies/contact.hpp"
 #include "bodies/deforming_body.hpp"
 #include "bodies/sample_sums.hpp"
 #include "core/host_copy.hpp"
 #include "core/reduce.hpp"
+#include "state/hinge.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -301,6 +304,31 @@ void move_by_load(Bodies& bodies, double keep, double weight, const Constants* o
         state(b) = s;
       });
   refresh_dynamic_samples(bodies);
+}
+
+void set_hinges(const Constants& constants, Bodies& bodies, const StepInfo& info) {
+  const Model& m = constants.model;
+  if (bodies.dynamic.count == 0 || !has_held_body(m)) return;
+  std::vector<Hinge> hinges(m.bodies.size(), Hinge{});
+  for (std::size_t b = 0; b < hinges.size(); ++b) {
+    const Joint* joint = hinge_of_body(m, static_cast<Index>(b));
+    if (!joint) continue;
+    Hinge& h = hinges[b];
+    const Eigen::Vector3d axis = to_eigen(joint->axis);
+    h.present = 1;
+    h.other = joint->other;
+    h.arm = to_double(to_vec3(to_eigen(joint->point) - to_eigen(m.bodies[b].center)));
+    h.axis = to_double(joint->axis);
+    h.mark = to_double(to_vec3(axis.unitOrthogonal()));
+    h.middle = joint->limited ? 0.5 * (joint->low + joint->high) : 0;
+    h.half = joint->limited ? 0.5 * (joint->high - joint->low) : 1e300;
+    h.speed = joint->speed.at(info.time + info.dt);
+    h.torque = joint->torque;
+  }
+  if (!bodies.dynamic.hinge.exists())
+    bodies.dynamic.hinge = to_device<Hinge>("drench::body_hinge", hinges);
+  else
+    copy_to_device<Hinge>(bodies.dynamic.hinge, hinges);
 }
 
 void take_applied(const Constants& constants, Bodies& bodies) {

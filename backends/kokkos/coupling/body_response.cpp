@@ -206,13 +206,21 @@ void predict_bodies(const Constants& constants, const Fluid& fluid, const Neighb
   fluid.exchange.share(bodies.dynamic.force, b.dynamic.count);
   sum_sample_forces(bodies);
   const Entries<const Wrench> load = b.dynamic.load;
+  const Entries<const Hinge> hinge = b.dynamic.hinge;
   parallel(
       "drench::bodies::predicted", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
-        const Index k = samples.owner(s);
-        const Double3 a = times(constant(k).inverse_mass, load(k).force);
-        const Double3 turn = over_inertia(constant(k), samples.state(k).orientation, load(k).torque);
-        const Index at = samples.sample(s);
-        predicted(at) = v(at) + narrow(times(dt, add(a, outer(turn, samples.arm(s)))));
+        const Index k = samples.owner(s), at = samples.sample(s);
+        const RigidState& now = samples.state(k);
+        Double3 gain = times(dt * constant(k).inverse_mass, load(k).force);
+        Double3 turn = times(dt, over_inertia(constant(k), now.orientation, load(k).torque));
+        if (hinge.exist() && hinge(k).present) {
+          Double3 velocity = add(now.velocity, gain), spin = add(now.spin, turn);
+          const RigidState* const other = hinge(k).other < 0 ? nullptr : &samples.state(hinge(k).other);
+          hold_by_hinge(hinge(k), constant(k), now, other, dt, velocity, spin);
+          gain = minus(velocity, now.velocity);
+          turn = minus(spin, now.spin);
+        }
+        predicted(at) = v(at) + narrow(add(gain, outer(turn, samples.arm(s))));
       });
 }
 
