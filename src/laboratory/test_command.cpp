@@ -11,6 +11,7 @@
 #include "output/run_folder.hpp"
 #include "output/text_file.hpp"
 #include "pipeline/runtime.hpp"
+#include "scene/fabric_file.hpp"
 
 namespace drench {
 namespace {
@@ -33,6 +34,11 @@ std::string line_of(const TestedSpecimen& specimen) {
   return text;
 }
 
+/// For a folder's name.
+std::string fabric_name(const std::string& fabric) {
+  return is_fabric_file(fabric) ? std::filesystem::path(fabric).stem().string() : fabric;
+}
+
 }  // namespace
 
 int test_command(const TestOptions& options) {
@@ -44,11 +50,13 @@ int test_command(const TestOptions& options) {
   if (!test) throw TestError(fmt::format("{} is not a test; allowed: {}", options.name, names()));
   require_device();
   const RunFolder folder =
-      make_run_folder(options.output, fmt::format("{}-{}.yaml", test->name, options.fabric), false);
+      make_run_folder(options.output, fmt::format("{}-{}.yaml", test->name, fabric_name(options.fabric)), false);
   if (!folder.note.empty()) fmt::print(stderr, "{}\n", folder.note);
   const BackendRuntime runtime(options.threads, true);
   TestRequest request;
   request.fabric = options.fabric;
+  // The scenes of the specimens stand in folders of their own.
+  if (is_fabric_file(request.fabric)) request.fabric = std::filesystem::absolute(request.fabric).string();
   request.overrides = options.overrides;
   request.repeats = options.repeats;
   request.folder = folder.path;

@@ -8,6 +8,7 @@
 
 #include "output/text_file.hpp"
 #include "scene/load.hpp"
+#include "scene/yaml_tree.hpp"
 
 namespace drench {
 namespace {
@@ -30,8 +31,8 @@ MaterialScene material_of(const TestRequest& request) {
   for (const std::string& o : request.overrides)
     if (is_of_fabric(o)) overrides.push_back(o);
   const std::string text = fmt::format(
-      "drench: 1\ncloth:\n  - fabric: {}\n    mesh: {{grid: {{size: [1, 1], nodes: [2, 2]}}}}\n    porous: {{}}\n",
-      request.fabric);
+      "drench: 1\ncloth:\n  - fabric: \"{}\"\n    mesh: {{grid: {{size: [1, 1], nodes: [2, 2]}}}}\n    porous: {{}}\n",
+      yaml::escaped(request.fabric, "\"\\"));
   return parse_scene(text, "drench test", overrides).cloths.at(0).material;
 }
 
@@ -78,8 +79,8 @@ double Trial::uptake_velocity() const {
 }
 
 std::string Trial::specimen(const std::string& mesh, const std::string& keys, const std::string& porous) const {
-  std::string text =
-      fmt::format("cloth:\n  - name: specimen\n    fabric: {}\n    mesh: {}\n{}", request_.fabric, mesh, keys);
+  std::string text = fmt::format("cloth:\n  - name: specimen\n    fabric: \"{}\"\n    mesh: {}\n{}",
+                                 yaml::escaped(request_.fabric, "\"\\"), mesh, keys);
   if (test_.porous) text += fmt::format("    porous: {{{}}}\n", porous);
   return text;
 }
@@ -87,7 +88,10 @@ std::string Trial::specimen(const std::string& mesh, const std::string& keys, co
 std::string Trial::porous_without_flow() const {
   std::string keys = fmt::format("uptake_velocity: {:.4g}, max_saturation: 1", uptake_velocity());
   // A fabric that repels needs its permeability; another one would drip without the capillary barrier of its back face.
-  if (!(material_.breakthrough_pressure > 0)) keys += ", permeability: 0";
+  if (material_.breakthrough_pressure > 0) return keys;
+  keys += ", permeability: 0";
+  if (material_.forchheimer > 0) keys += ", forchheimer: 0";
+  if (material_.fibre_diameter > 0) keys += ", fibre_diameter: 0";
   return keys;
 }
 

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <optional>
 #include <string_view>
 #include <utility>
+
+#include "scene/fabric_file.hpp"
 
 namespace drench {
 
@@ -28,8 +31,14 @@ Fabric fabric_of(const Entry& entry, const Value& units) {
   Fabric fabric{entry.key, text_at(entry.value, "about"), {}};
   for (const Value& v : entry.value.find("values")->items) {
     const std::string key = text_at(v, "key");
-    fabric.values.push_back({key, text_at(v, "value"), text_at(units, key.c_str()), text_at(v, "how"), text_at(v, "of"),
-                             text_at(v, "source"), text_at(v, "note")});
+    fabric.values.push_back({key,
+                             text_at(v, "value"),
+                             text_at(units, key.c_str()),
+                             text_at(v, "how"),
+                             text_at(v, "of"),
+                             text_at(v, "source"),
+                             text_at(v, "note"),
+                             {}});
   }
   return fabric;
 }
@@ -52,11 +61,12 @@ const Data& data() {
   return the_data;
 }
 
-/// Keys that take the place of others: whoever has the first has no use for the second.
-constexpr std::array<std::array<std::string_view, 2>, 4> in_place_of{{{"stretch", "membrane."},
-                                                                      {"bend", "bending."},
+/// Keys that take the place of each other: whoever has one has no use for the other.
+constexpr std::array<std::array<std::string_view, 2>, 5> in_place_of{{{"stretch", "membrane"},
+                                                                      {"bend", "bending"},
                                                                       {"porous.diffusion", "porous.diffusion_exponent"},
-                                                                      {"porous.absorption", "porous.uptake_velocity"}}};
+                                                                      {"porous.absorption", "porous.uptake_velocity"},
+                                                                      {"porous.forchheimer", "porous.fibre_diameter"}}};
 
 const Value* at(const Value& map, const std::string& dotted) {
   const Value* value = &map;
@@ -66,11 +76,6 @@ const Value* at(const Value& map, const std::string& dotted) {
     from = to + 1;
   }
   return value;
-}
-
-bool is_replaced(const Value& cloth, const std::string& key) {
-  return std::any_of(in_place_of.begin(), in_place_of.end(),
-                     [&](const auto& pair) { return key.starts_with(pair[1]) && at(cloth, std::string(pair[0])); });
 }
 
 /// Sets a dotted key that is not there. A value on the way that is no map is left to the loader.
@@ -93,8 +98,18 @@ bool give(Value& map, const std::string& dotted, const std::string& text, const 
 
 /// What a fabric gives and a region does not take.
 bool is_of_whole_cloth(const std::string& key, bool plate) {
-  constexpr std::array<std::string_view, 4> keys{"porous.diffusion", "porous.diffusion_exponent",
-                                                 "porous.capillary_height", "porous.retention_exponent"};
+  constexpr std::array<std::string_view, 12> keys{"compression",
+                                                  "strain_limit",
+                                                  "porous.diffusion",
+                                                  "porous.diffusion_exponent",
+                                                  "porous.capillary_height",
+                                                  "porous.retention_exponent",
+                                                  "porous.adhesion",
+                                                  "porous.film",
+                                                  "porous.film_viscosity",
+                                                  "porous.emission_ramp",
+                                                  "porous.compressibility",
+                                                  "porous.contact_wicking"};
   if (key == "bend" || key.starts_with("bending.")) return plate == (key == "bend");
   return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
@@ -111,35 +126,44 @@ FabricUse apply(Value& taker, const Value& cloth, bool is_region, const Fabric& 
       use.dry = true;
       continue;
     }
+    if (!porous && (v.key == "friction_wet" || v.key == "membrane.wet")) {
+      use.own.push_back(v);
+      continue;
+    }
     if (is_region && is_of_whole_cloth(v.key, plate)) {
       use.whole.push_back(v);
       continue;
     }
-    const bool given = !is_replaced(before, v.key) && give(taker, v.key, v.value, place);
+    const bool given = !is_replaced(before, v.key) && give(taker, v.key, v.value, v.place.source ? v.place : place);
     (given ? use.given : use.own).push_back(v);
   }
   return use;
 }
 
-const Fabric* fabric_named(const std::string& name) {
-  const auto found = std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name; });
-  return found == fabrics().end() ? nullptr : &*found;
+/// The fabric that a cloth or a region names; none where it names none that there is. The name of a file becomes
+/// `none`.
+std::optional<Fabric> fabric_named_in(Value& map, const std::string& key, const std::string& folder) {
+  if (map.kind != Value::Kind::map) return {};
+  const auto name =
+      std::find_if(map.entries.begin(), map.entries.end(), [](const Entry& e) { return e.key == "fabric"; });
+  if (name == map.entries.end() || name->value.kind != Value::Kind::scalar) return {};
+  if (is_fabric_file(name->value.text)) {
+    Fabric fabric = read_fabric_file(name->value, key + ".fabric", folder);
+    name->value.text = "none";
+    return fabric;
+  }
+  const Fabric* fabric = fabric_named(name->value.text);
+  return fabric ? std::optional<Fabric>(*fabric) : std::nullopt;
 }
 
-/// The fabric that a cloth or a region names; null where it names none that there is.
-const Fabric* fabric_named_in(const Value& map) {
-  const Value* name = map.kind == Value::Kind::map ? map.find("fabric") : nullptr;
-  return name && name->kind == Value::Kind::scalar ? fabric_named(name->text) : nullptr;
-}
-
-void apply_to_regions(Value& cloth, std::size_t number, std::vector<FabricUse>& uses) {
+void apply_to_regions(Value& cloth, std::size_t number, const std::string& folder, std::vector<FabricUse>& uses) {
   if (cloth.kind != Value::Kind::map) return;
   const auto regions =
       std::find_if(cloth.entries.begin(), cloth.entries.end(), [](const Entry& e) { return e.key == "regions"; });
   if (regions == cloth.entries.end()) return;
   int region = 0;
   for (Value& taker : regions->value.items) {
-    if (const Fabric* fabric = fabric_named_in(taker)) {
+    if (const auto fabric = fabric_named_in(taker, fmt::format("cloth.{}.regions.{}", number, region), folder)) {
       uses.push_back(apply(taker, cloth, true, *fabric));
       uses.back().cloth = number;
       uses.back().region = region;
@@ -154,8 +178,20 @@ const std::vector<Fabric>& fabrics() { return data().fabrics; }
 
 const std::vector<FabricSource>& fabric_sources() { return data().sources; }
 
+const Fabric* fabric_named(const std::string& name) {
+  const auto found = std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name; });
+  return found == fabrics().end() ? nullptr : &*found;
+}
+
+bool is_replaced(const Value& cloth, const std::string& key) {
+  const auto is = [&](std::string_view one) { return key == one || key.starts_with(std::string(one) + "."); };
+  return std::any_of(in_place_of.begin(), in_place_of.end(), [&](const auto& pair) {
+    return (is(pair[1]) && at(cloth, std::string(pair[0]))) || (is(pair[0]) && at(cloth, std::string(pair[1])));
+  });
+}
+
 std::string basis_of(const FabricValue& value) {
-  if (value.how == "measured" || value.how == "derived") return value.how;
+  if (value.how.ends_with("measured") || value.how.ends_with("derived")) return value.how;
   if (value.of.empty()) return value.how + ": " + value.note;
   std::string times;
   for (const FabricValue& v : fabric_named(value.of)->values) {
@@ -165,17 +201,17 @@ std::string basis_of(const FabricValue& value) {
   return value.how + ": " + times + "of " + value.of;
 }
 
-std::vector<FabricUse> apply_fabrics(Value& scene) {
+std::vector<FabricUse> apply_fabrics(Value& scene, const std::string& folder) {
   std::vector<FabricUse> uses;
   for (Entry& entry : scene.entries) {
     if (entry.key != "cloth") continue;
     for (std::size_t i = 0; i < entry.value.items.size(); ++i) {
       Value& cloth = entry.value.items[i];
-      if (const Fabric* fabric = fabric_named_in(cloth)) {
+      if (const auto fabric = fabric_named_in(cloth, fmt::format("cloth.{}", i), folder)) {
         uses.push_back(apply(cloth, cloth, false, *fabric));
         uses.back().cloth = i;
       }
-      apply_to_regions(cloth, i, uses);
+      apply_to_regions(cloth, i, folder, uses);
     }
   }
   return uses;
@@ -185,10 +221,12 @@ FabricOrigins origins_of(const std::vector<FabricUse>& uses) {
   FabricOrigins origins;
   for (const FabricUse& use : uses) {
     const std::string region = use.region < 0 ? "" : fmt::format("regions.{}.", use.region);
-    for (const FabricValue& v : use.given)
+    for (const FabricValue& v : use.given) {
+      const bool own = v.how == "file" && v.note == use.fabric;
       origins.values.push_back({fmt::format("cloth.{}.{}{}", use.cloth, region, v.key),
                                 std::strtod(v.value.c_str(), nullptr),
-                                fmt::format("fabric {}, {}", use.fabric, basis_of(v))});
+                                fmt::format("fabric {}{}", use.fabric, own ? "" : ", " + basis_of(v))});
+    }
   }
   return origins;
 }

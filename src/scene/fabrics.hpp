@@ -1,5 +1,6 @@
 #pragma once
-// Fabrics with names: a cloth's key `fabric` gives it the values of src/scene/fabrics.yaml, which is compiled in.
+// Fabrics with names: a cloth's key `fabric` gives it the values of src/scene/fabrics.yaml, which is compiled in, or of
+// a file (fabric_file.hpp).
 // docs/manual/fabric_data.md has the source of each value. Units are those of the scene's keys.
 
 #include <string>
@@ -15,10 +16,11 @@ struct FabricValue {
   std::string key;     // dotted, from the cloth: membrane.warp
   std::string value;   // as YAML has it
   std::string unit;    // "" for numbers without one
-  std::string how;     // measured, derived, similar or assumed
+  std::string how;     // measured, derived, similar or assumed; file: it stands in the file that `note` names
   std::string of;      // the fabric that it was taken from, if that is one of fabrics()
   std::string source;  // a name of fabric_sources()
   std::string note;    // which sample, or how it was derived
+  yaml::Place place;   // in its file
 };
 
 /// How a value is known, in words that stand beside it: "derived", or "assumed: of sock_nylon".
@@ -37,6 +39,10 @@ struct FabricSource {
 /// All of them, in the order of the file.
 const std::vector<Fabric>& fabrics();
 const std::vector<FabricSource>& fabric_sources();
+/// The one of this name, or null.
+const Fabric* fabric_named(const std::string& name);
+/// Does a cloth's map have a key in place of this one, which then does not count?
+bool is_replaced(const yaml::Value& cloth, const std::string& key);
 
 /// What a cloth has of its fabric.
 struct FabricUse {
@@ -51,8 +57,9 @@ struct FabricUse {
 
 /// Writes the values of each cloth's fabric into the scene's tree, at the place of the key `fabric`. A key that the
 /// scene has stays, and what is under `porous` counts only where the cloth has that key. Regions take their fabrics'
-/// values in the same way, but those that do not differ within a cloth. Unknown names are left to the loader.
-std::vector<FabricUse> apply_fabrics(yaml::Value& scene);
+/// values in the same way, but those that do not differ within a cloth. Files start at `folder`, and their names become
+/// `none`; unknown names are left to the loader. Throws SceneError.
+std::vector<FabricUse> apply_fabrics(yaml::Value& scene, const std::string& folder);
 
 /// The scene's numbers that come from fabrics, and how each is known.
 FabricOrigins origins_of(const std::vector<FabricUse>& uses);

@@ -20,23 +20,7 @@ namespace drench {
 
 namespace {
 
-/// The file's text, one byte over the limit at most.
-std::string read_text(const std::string& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) throw SceneError(path, "is a folder; allowed: a scene file");
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw SceneError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
-  std::string text;
-  std::string part(std::size_t{1} << 16, '\0');
-  while (text.size() <= yaml::max_bytes) {
-    stream.read(part.data(), static_cast<std::streamsize>(part.size()));
-    text.append(part, 0, static_cast<std::size_t>(stream.gcount()));
-    if (!stream) break;
-  }
-  if (stream.bad()) throw SceneError(path, "cannot be read to its end");
-  return text;
-}
+std::string folder_of(const std::string& path) { return std::filesystem::path(path).parent_path().string(); }
 
 /// What stands at a dotted path, such as cloth.0.thickness; null if it is not a scalar.
 const yaml::Value* value_at(const yaml::Value& root, const std::string& dotted) {
@@ -56,6 +40,23 @@ const yaml::Value* value_at(const yaml::Value& root, const std::string& dotted) 
 }
 
 }  // namespace
+
+std::string read_document(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) throw SceneError(path, "is a folder; allowed: a scene file");
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw SceneError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
+  std::string text;
+  std::string part(std::size_t{1} << 16, '\0');
+  while (text.size() <= yaml::max_bytes) {
+    stream.read(part.data(), static_cast<std::streamsize>(part.size()));
+    text.append(part, 0, static_cast<std::size_t>(stream.gcount()));
+    if (!stream) break;
+  }
+  if (stream.bad()) throw SceneError(path, "cannot be read to its end");
+  return text;
+}
 
 std::optional<std::pair<std::string, std::string>> too_often(const Scene& scene) {
   constexpr double most = 1e9;
@@ -78,12 +79,12 @@ Scene parse_scene(const std::string& yaml_text, const std::string& path_for_mess
     throw SceneError(path_for_messages + ":1:1", "scene: is empty; allowed: a map that begins with drench: 1");
   }
   for (const std::string& override_text : overrides) yaml::apply_override(root, override_text);
-  const std::vector<FabricUse> uses = apply_fabrics(root);
+  const std::string folder = folder_of(path_for_messages);
+  const std::vector<FabricUse> uses = apply_fabrics(root, folder);
   Scene scene;
   scene.path = path_for_messages;
   scene.origins = origins_of(uses);
-  load_section(root, std::filesystem::path(path_for_messages).parent_path().string(),
-               [&](Section& s) { describe(s, scene); });
+  load_section(root, folder, [&](Section& s) { describe(s, scene); });
   return scene;
 }
 
@@ -113,25 +114,25 @@ std::string resolved_yaml(const Scene& scene) {
 }
 
 Scene load_scene(const std::string& path, const std::vector<std::string>& overrides) {
-  return parse_scene(read_text(path), path, overrides);
+  return parse_scene(read_document(path), path, overrides);
 }
 
 std::string locate_in(const std::string& yaml_text, const std::string& path_for_messages,
                       const std::vector<std::string>& overrides, const std::string& key) {
   yaml::Value root = yaml::parse(yaml_text, path_for_messages);
   for (const std::string& override_text : overrides) yaml::apply_override(root, override_text);
-  apply_fabrics(root);
+  apply_fabrics(root, folder_of(path_for_messages));
   return root.place_of(key).text() + ": " + (key.empty() ? "scene" : key);
 }
 
 std::vector<FabricUse> fabrics_used(const std::string& path, const std::vector<std::string>& overrides) {
-  yaml::Value root = yaml::parse(read_text(path), path);
+  yaml::Value root = yaml::parse(read_document(path), path);
   for (const std::string& override_text : overrides) yaml::apply_override(root, override_text);
-  return apply_fabrics(root);
+  return apply_fabrics(root, folder_of(path));
 }
 
 std::string locate(const std::string& path, const std::vector<std::string>& overrides, const std::string& key) {
-  return locate_in(read_text(path), path, overrides, key);
+  return locate_in(read_document(path), path, overrides, key);
 }
 
 }  // namespace drench

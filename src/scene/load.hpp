@@ -18,6 +18,9 @@ namespace drench {
 /// @throws SceneError
 Scene load_scene(const std::string& path, const std::vector<std::string>& overrides = {});
 
+/// A file's text, one byte over the largest size of a document at most. Throws SceneError: it cannot be read.
+std::string read_document(const std::string& path);
+
 /// The same from text. Errors name it `path_for_messages`, and mesh files are looked up beside that path.
 Scene parse_scene(const std::string& yaml_text, const std::string& path_for_messages,
                   const std::vector<std::string>& overrides = {});

@@ -67,7 +67,90 @@ const std::map<std::string, Bound> bounds{{"areal_density", {0.03, 1}},
                                           {"porous.diffusion_exponent", {0, 10}},
                                           {"porous.capillary_height", {0.01, 1}}};
 
+/// A file beside the scenes of parse().
+void write(const std::string& name, const std::string& text) {
+  const fs::path path = folder().file(name);
+  fs::create_directories(path.parent_path());
+  std::ofstream(path) << text;
+}
+
+std::string of_fabric(const std::string& fabric, const std::string& keys = "") {
+  return "drench: 1\ncloth:\n  - fabric: " + fabric + "\n    mesh: {grid: {nodes: [5, 5]}}\n" + keys;
+}
+
+MaterialScene material_of(const std::string& fabric, const std::string& keys = "") {
+  return parse(of_fabric(fabric, keys)).cloths.at(0).material;
+}
+
 }  // namespace
+
+TEST(FabricFiles, GiveTheirKeysThenThoseOfTheFabricThatTheyName) {
+  write("canvas.yaml",
+        "about: canvas\nfabric: denim_11oz\nareal_density: 0.41\nmembrane: {warp: 900}\nporous: {permeability: "
+        "3.0e-11}\n");
+  const MaterialScene dry = material_of("canvas.yaml");
+  EXPECT_EQ(dry.areal_density, 0.41);
+  EXPECT_EQ(dry.membrane->warp, 900);
+  EXPECT_EQ(dry.membrane->weft, value("denim_11oz", "membrane.weft"));
+  EXPECT_FALSE(dry.porous);
+  const MaterialScene wet = material_of("canvas.yaml", "    areal_density: 0.5\n    porous: {}\n");
+  EXPECT_EQ(wet.areal_density, 0.5);
+  EXPECT_EQ(wet.permeability, 3e-11);
+  EXPECT_EQ(wet.diffusivity, value("denim_11oz", "porous.diffusivity"));
+  // As `drench fit` writes it, and one on top of it in a folder of its own.
+  write("sub/fitted.yaml",
+        "drench: 1\ncloth:\n  - mesh: {grid: {nodes: [3, 3]}}\n    fabric: ../canvas.yaml\n    thickness: 0.001\n");
+  const MaterialScene top = material_of("sub/fitted.yaml");
+  EXPECT_EQ(top.thickness, 0.001);
+  EXPECT_EQ(top.membrane->warp, 900);
+  EXPECT_NE(resolved_yaml(parse(of_fabric("canvas.yaml"))).find("areal_density: 0.41  # kg/m², fabric canvas.yaml\n"),
+            std::string::npos);
+}
+
+/// What a file has and the taker cannot have, or has in another way, is left out.
+TEST(FabricFiles, GiveOnlyWhatCountsWhereTheyAreUsed) {
+  write(
+      "wide.yaml",
+      "areal_density: 0.3\nstretch: 700\nbend: 2.0e-4\nfriction: 0.5\nfriction_wet: 1.1\nstrain_limit: "
+      "0.2\ncompression: "
+      "8000\nporous: {film: 2.0e-4, diffusion: degenerate, capillary_height: 0.2, permeability: 2.0e-11, forchheimer: "
+      "9000, compressibility: 0.4, adhesion: 0.05}\n");
+  const MaterialScene dry = material_of("wide.yaml");
+  EXPECT_EQ(dry.stretch, 700);
+  EXPECT_FALSE(dry.friction_wet);
+  const MaterialScene woven = material_of(
+      "wide.yaml",
+      "    membrane: {warp: 100, weft: 90, shear: 20}\n    porous: {diffusion_exponent: 2, fibre_diameter: 1.0e-5}\n");
+  EXPECT_EQ(woven.membrane->warp, 100);
+  EXPECT_EQ(woven.forchheimer, 0);
+  EXPECT_EQ(woven.friction_wet, 1.1);
+  EXPECT_EQ(woven.film, 2e-4);
+  const MaterialScene hem =
+      parse(of_fabric("none",
+                      "    porous: {}\n    regions: [{box: {min: [0, -1, -1], max: [1, 1, 1]}, fabric: wide.yaml}]\n"))
+          .cloths.at(0)
+          .regions.at(0)
+          .material;
+  EXPECT_EQ(hem.areal_density, 0.3);
+  EXPECT_EQ(hem.permeability, 2e-11);
+  EXPECT_EQ(hem.film, 0);
+}
+
+TEST(FabricFiles, WrongOnesAreRefusedAtTheirPlace) {
+  const auto expect = [](const std::string& file, const std::string& text, const std::string& begin) {
+    if (!text.empty()) write(file, text);
+    const std::string error = error_of(of_fabric(file));
+    EXPECT_EQ(error.substr(0, begin.size()), begin);
+  };
+  expect("none.yaml", "", "test.yaml:3:13: cloth.0.fabric: there is no file '");
+  expect("bad.yaml", "areal_density: -1\n", "bad.yaml:1:16: cloth.0.areal_density: '-1' is out of range");
+  expect("word.yaml", "colour: red\n",
+         "word.yaml:1:1: colour: is no key of a fabric; allowed: fabric, about, areal_density");
+  expect("base.yaml", "fabric: denin\n", "base.yaml:1:9: fabric: there is no fabric 'denin'");
+  expect("loop.yaml", "fabric: loop.yaml\n", "loop.yaml:1:9: fabric: is more than 8 files deep, or names itself");
+  expect("list.yaml", "- 1\n", "list.yaml:1:1: fabric: is not a map");
+  expect("dry.yaml", "drench: 1\n", "dry.yaml:1:1: cloth: is missing");
+}
 
 TEST(Fabrics, EveryNumberIsWithinBoundsAndHasASource) {
   const std::set<std::string> ways{"measured", "derived", "similar", "assumed"};

@@ -56,6 +56,8 @@ class Fit:
         self.held = [Curve(path, test, directions) for path, test in
                      pairs(opt.hold_out, opt.hold_out_test or opt.test[:1], "--hold-out-test", "--hold-out")]
         self.folder = output_folder(opt)
+        if opt.fabric.endswith((".yaml", ".yml")):
+            opt.fabric = str(Path(opt.fabric).resolve())
         self.program = Program(opt.program, opt.fabric, opt.set, self.folder, opt.jobs or max(1, len(os.sched_getaffinity(0))))
         self.base = self.program.values()
         self.keys = self.program.keys()
@@ -305,7 +307,9 @@ class Fit:
         dense = [c.dense(self.result(c.test_name, x, simulate=True)) if c.x_at is not None else None for c in self.curves + self.held]
         picture = fit_report.draw(self.folder, curves + held, dense, len(curves))
         (self.folder / "fit.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-        (self.folder / "fabric.yaml").write_text(fit_report.fabric_file(found, self.opt.name), encoding="utf-8")
+        of_file = self.opt.fabric.endswith((".yaml", ".yml"))  # named from the new file, so that both can be moved
+        base = {**found, "fabric": os.path.relpath(self.opt.fabric, self.folder)} if of_file else found
+        (self.folder / "fabric.yaml").write_text(fit_report.fabric_file(base, self.opt.name), encoding="utf-8")
         fit_report.write_table(self.folder / "residuals.csv", curves, held)
         for line in self.warnings:
             print(f"warning: {line}", file=sys.stderr)

@@ -1,6 +1,7 @@
 """What `drench fit` writes: a fabric file, a table, a plot and the text for the terminal."""
 
 import csv
+import json
 import math
 import re
 from pathlib import Path
@@ -23,9 +24,14 @@ def interval(parameter):
     return f"95 % interval {rounded(parameter['low'])} to {rounded(parameter['high'])}"
 
 
+def in_yaml(text):
+    """In quotes where it needs them."""
+    return text if re.fullmatch(r"[A-Za-z_][\w.-]*", text) else json.dumps(text)
+
+
 def fabric_file(found, name):
     """A scene of one square of the fabric; its keys stand where a cloth of another scene has them."""
-    name = name or (found["fabric"] if found["fabric"] != "none" else "fabric") + "_fitted"
+    name = name or (Path(found["fabric"]).stem if found["fabric"] != "none" else "fabric") + "_fitted"
     lines = [f"# {name}: {found['fabric']} with values fitted by `drench fit`.",
              f"# Date {found['date']}; drench {found['drench']}; SciPy {found['scipy']}."]
     for title, curves in (("Fitted to", found["curves"]), ("Held out:", found["held_out"])):
@@ -35,11 +41,11 @@ def fabric_file(found, name):
                          (f", {100 * c['relative_error']:.2g} %" if c["relative_error"] is not None else ""))
             lines += [f"#   {about}" for about in c["about"]]
     lines += [f"# Warning: {w}" for w in found["warnings"]]
-    lines += ["# Use: copy `fabric` and the keys after it into a cloth. `drench check` prints the values of the named fabric that remain.",
+    lines += ["# Use: `fabric: fabric.yaml` in a cloth of another scene. `drench check` prints the values of the named fabric that remain.",
               "# derived: computed from measurements of this fabric; assumed: the measurements do not determine it; given: by --set.",
-              "drench: 1", "cloth:", f"  - name: {name}", "    mesh: {grid: {size: [0.1, 0.1], nodes: [5, 5]}}"]
+              "drench: 1", "cloth:", f"  - name: {in_yaml(name)}", "    mesh: {grid: {size: [0.1, 0.1], nodes: [5, 5]}}"]
     if found["fabric"] != "none":
-        lines.append(f"    fabric: {found['fabric']}")
+        lines.append(f"    fabric: {in_yaml(found['fabric'])}")
     entries = {}
     for s in found["settings"]:
         match = re.match(r"cloth\.0\.((?:membrane|bending|porous)\.)?(\w+)=(.*)$", s)

@@ -67,6 +67,7 @@ class Program:
         self.futures, self.simulated, self.computed, self.strips = {}, 0, 0, {}
         self.environment = {**os.environ, "OMP_PROC_BIND": "false", "OMP_WAIT_POLICY": "passive", "OMP_NUM_THREADS": "1"}
         lines = self.call(["info", "--threads", "1"]).stdout.splitlines()
+        self.contents = Path(fabric).read_text(encoding="utf-8") if fabric.endswith((".yaml", ".yml")) else ""
         self.version = [line for line in lines if line.split(":")[0] in ("version", "commit", "precision", "backend", "device", "Kokkos")]
 
     def call(self, words):
@@ -103,7 +104,7 @@ class Program:
                                                     r"bending|friction|adhesion|strain_limit|porous)\b", s)]
         with tempfile.TemporaryDirectory() as scratch:
             scene = Path(scratch) / "fabric.yaml"
-            scene.write_text("drench: 1\ncloth:\n  - name: specimen\n    fabric: " + self.fabric +
+            scene.write_text("drench: 1\ncloth:\n  - name: specimen\n    fabric: " + json.dumps(self.fabric) +
                              "\n    mesh: {grid: {size: [0.1, 0.1], nodes: [2, 2]}}\n    porous: {}\n", encoding="utf-8")
             words = [w for s in own for w in ("--set", s)]
             done = self.call(["run", str(scene), "--steps", "0", "--quiet", "--threads", "1", "-o", str(Path(scratch) / "out"), *words])
@@ -122,7 +123,7 @@ class Program:
         return ["test", test, "--fabric", self.fabric, *[w for s in settings for w in ("--set", s)]]
 
     def _simulate(self, words):
-        name = hashlib.sha256(json.dumps([self.version, words]).encode()).hexdigest()[:12]
+        name = hashlib.sha256(json.dumps([self.version, self.contents, words]).encode()).hexdigest()[:12]
         folder = self.folder / "runs" / f"{words[1]}-{name}"
         if not (folder / "result.json").exists():
             shutil.rmtree(folder, ignore_errors=True)
