@@ -185,11 +185,29 @@ SurfaceMesh placed_mesh(const BodyScene& scene, const std::string& scene_path, c
   return mesh;
 }
 
+/// A box that is turned is a mesh.
+bool is_turned_box(const BodyScene& scene) { return scene.kind == BodyScene::Kind::box && scene.rotate_degrees != 0; }
+
+/// Its corners and faces, turned about its centre and moved.
+SurfaceMesh turned_box(const BodyScene& scene) {
+  const Eigen::Vector3d low = to_eigen(scene.box.min), high = to_eigen(scene.box.max), middle = 0.5 * (low + high);
+  const Eigen::Matrix3d turn = rotation_about(scene.rotate_axis, scene.rotate_degrees);
+  SurfaceMesh mesh;
+  for (int corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3d x;
+    for (int a = 0; a < 3; ++a) x[a] = (corner >> a & 1) ? high[a] : low[a];
+    mesh.points.push_back(to_vec3(middle + turn * (x - middle) + to_eigen(scene.place)));
+  }
+  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return mesh;
+}
+
 /// Of each point of the body's mesh: the file's point that it is.
 std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std::string& scene_path,
                                   const std::string& name, std::vector<std::string>& warnings) {
-  const std::string label = fmt::format("{} ({})", name, scene.file);
-  const SurfaceMesh mesh = placed_mesh(scene, scene_path, label);
+  const std::string label = is_turned_box(scene) ? name : fmt::format("{} ({})", name, scene.file);
+  const SurfaceMesh mesh = is_turned_box(scene) ? turned_box(scene) : placed_mesh(scene, scene_path, label);
   if (!mesh.left_out.empty()) warnings.push_back(fmt::format("{}: {}", name, mesh.left_out));
   SolidMesh solid = close_mesh(mesh, scene.sequence.files.empty() ? Sheets::keep : Sheets::leave_out);
   if (scene.inside || !solid.has_inside()) {
@@ -235,7 +253,7 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
   std::vector<std::string> lines;
   std::vector<Index> source;  // of a mesh's points
   body.name = scene.name;
-  body.kind = scene.kind;
+  body.kind = is_turned_box(scene) ? BodyScene::Kind::mesh : scene.kind;
   body.box = scene.box;
   body.inside = scene.inside && scene.kind == BodyScene::Kind::box;
   body.center = scene.center;
@@ -243,12 +261,14 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
   body.point = scene.point;
   body.adhesion = scene.adhesion;
   body.slip = scene.slip;
-  switch (scene.kind) {
+  switch (body.kind) {
     case BodyScene::Kind::box:
       for (int a = 0; a < 3; ++a) {
         if (!(scene.box.max[a] > scene.box.min[a]))
           throw SetupError(name + ": max must be greater than min on each axis");
-        body.center[a] = 0.5 * (scene.box.min[a] + scene.box.max[a]);
+        body.box.min[a] += scene.place[a];
+        body.box.max[a] += scene.place[a];
+        body.center[a] = 0.5 * (body.box.min[a] + body.box.max[a]);
       }
       body.reach = 0.5 * (to_eigen(scene.box.max) - to_eigen(scene.box.min)).norm();
       break;

@@ -10,12 +10,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "ball_mesh.hpp"
 #include "base/eigen_vec.hpp"
 #include "mesh_folder.hpp"
+#include "scene/load.hpp"
 #include "setup/body_geometry.hpp"
+#include "setup/build.hpp"
 #include "setup/distance_field.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/solid_mesh.hpp"
@@ -61,6 +64,42 @@ TestMesh both(TestMesh a, const TestMesh& b) {
   a.points.insert(a.points.end(), b.points.begin(), b.points.end());
   for (const auto& t : b.triangles) a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   return a;
+}
+
+/// A box that `place` turns is a mesh of the same volume, whose distances are a box's.
+TEST(BodyBoxes, ATurnedOneIsABox) {
+  const Scene scene = parse_scene(R"(drench: 1
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+fluid: {spacing: 0.02, sources: [{block: {min: [0.8, 0.8, 0.8], max: [0.9, 0.9, 0.9]}}]}
+bodies:
+  - box: {min: [-0.3, -0.05, -0.2], max: [0.3, 0.05, 0.2], dynamic: true, density: 500}
+    place: {position: [0.1, 0.2, -0.1], rotate: {axis: [1, 2, 3], degrees: 40}}
+  - box: {min: [-0.3, -0.05, -0.2], max: [0.3, 0.05, 0.2]}
+    place: {position: [0, -0.5, 0]}
+)",
+                                  "turned.yaml");
+  const drench::Setup setup = build(scene);
+  const Body& turned = setup.model.bodies[0];
+  EXPECT_NEAR(turned.mass, 500 * 0.6 * 0.1 * 0.4, 1e-9);
+  EXPECT_EQ(setup.model.bodies[1].kind, BodyScene::Kind::box);
+  EXPECT_NEAR(setup.model.bodies[1].center[1], -0.5, 1e-15);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(40 * std::numbers::pi / 180, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> part(-1, 1);
+  int near = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const Vector3d own(0.35 * part(random), 0.1 * part(random), 0.25 * part(random));
+    const Vector3d over = own.cwiseAbs() - Vector3d(0.3, 0.05, 0.2);
+    const double expected = over.cwiseMax(0).norm() + std::min(0.0, over.maxCoeff());
+    if (std::abs(expected) > 0.03) continue;
+    ++near;
+    Vec3 normal;
+    EXPECT_NEAR(signed_distance(turned, to_vec3(turn * own + Vector3d(0.1, 0.2, -0.1)), normal), expected, 0.004)
+        << "m";
+  }
+  EXPECT_GT(near, 1000);
+  EXPECT_EQ(parse_scene(to_yaml(scene), "turned.yaml").bodies[0], scene.bodies[0]);
 }
 
 class BodyMeshes : public MeshFolder {
