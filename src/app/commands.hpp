@@ -66,6 +66,7 @@ struct ExportOptions {
   std::string to;                     // usd, bgeo or ply
   std::optional<std::string> output;  // usd: a file; else a folder
   std::optional<double> fps;          // pictures a second; else as the frames come
+  bool wet_maps = false;              // of bodies, in usd
 };
 
 /// Writes a run's frames in the format of another tool. Throws ExportError: nothing there to export, or damaged. For

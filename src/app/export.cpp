@@ -128,6 +128,7 @@ int export_particles(const ExportOptions& options) {
   std::vector<std::string> words{folder.string(),         file, "--rate", fmt::format("{:.17g}", rate), "--up",
                                  std::string(1, scene.up)};
   for (const std::string& name : scene.cloths) words.push_back("--cloth=" + name);
+  if (options.wet_maps) words.push_back("--wet-maps");
   std::vector<std::string> warnings;
   if (scene.mesh_files)
     for (std::string& word : texture_arguments(folder, warnings)) words.push_back(std::move(word));
@@ -139,6 +140,7 @@ int export_particles(const ExportOptions& options) {
 
 int export_command(const ExportOptions& options) {
   if (!fs::is_directory(options.folder)) throw ExportError(fmt::format("{}: no such folder", options.folder));
+  if (options.wet_maps && options.to != "usd") throw ExportError("--wet-maps: applies only to --to usd");
   try {
     if (options.to == "usd") export_usd(options);
     return export_particles(options);

@@ -148,6 +148,8 @@ void add_export_options(CLI::App& command, drench::ExportOptions& options) {
         const bool good = CLI::detail::lexical_cast(text, value) && value >= 0.1 && value <= 10000;
         return good ? std::string() : fmt::format("{} is not a rate; allowed: 0.1 to 10000 pictures per second", text);
       });
+  command.add_flag("--wet-maps", options.wet_maps,
+                   "with usd: how long liquid has touched each point of the bodies, and how thick it is there");
   command.footer(
       "Examples:\n"
       "  drench export out/scene --to usd\n"
@@ -207,7 +209,8 @@ void add_new_options(CLI::App& command, drench::NewOptions& options) {
 
 void add_test_options(CLI::App& command, drench::TestOptions& options) {
   command.add_option("NAME", options.name, "name of a test (default: list the tests)");
-  command.add_option("--fabric", options.fabric, "a named fabric (default: cotton_interlock)");
+  command.add_option("--fabric", options.fabric,
+                     "a named fabric, or a .yaml file with one (default: cotton_interlock)");
   command
       .add_option("--set", options.overrides,
                   "KEY=VALUE: change a key of the scenes, such as cloth.0.porous.diffusivity=2e-4; cloth.0 is the "

@@ -341,7 +341,29 @@ def check_texture(folder, reader):
     expect("primvar:st" not in flag and said.count("warning") == 1 and "flag.obj" in said, said)
 
 
+def check_wet_maps(run, folder, reader):
+    """The film on the ball's points is the sum over all particles near them, and contact lasts as long as frames show it."""
+    drench("export", run, "--to", "usd", "--wet-maps", "-o", folder / "wet.usdc")
+    codes = [str(k) for k in range(FRAMES)]
+    frames = json.loads(subprocess.run([*reader, str(folder / "wet.usdc"), *codes], capture_output=True, check=True).stdout)
+    contact = 0
+    for k, prims in enumerate(frames["frames"]):
+        ball, fluid = prims["/World/bodies/body_1"], read_vtu(run / f"frames/fluid_{k:06}.vtu")
+        reach = 3 * max(fluid["radius"])
+        for n in range(0, len(ball["points"]), 53):
+            near = [r for p, r in zip(fluid["points"], fluid["radius"]) if math.dist(p, ball["points"][n]) < reach]
+            film = sum((2 * r) ** 3 for r in near) / (math.pi * reach**2)
+            expect(abs(ball["primvar:film"][n] - film) < 1e-6 + 1e-5 * film, f"film {ball['primvar:film'][n]}, not {film}")
+            if n == 53 * 7:
+                contact += 0.02 if near and k > 0 else 0
+                expect(abs(ball["primvar:contact_time"][n] - contact) < 1e-6, f"contact time of frame {k}")
+        expect(ball["interpolation:film"] == "vertex", "wet maps are of the points")
+    expect(max(ball["primvar:contact_time"]) > 0.1, "the ball floats and is not wet")
+    rejects("applies only to --to usd", "export", run, "--to", "ply", "--wet-maps")
+
+
 def check_usd_variants(run, folder, reader):
+    check_wet_maps(run, folder, reader)
     text = folder / "deeper/run.usda"
     other = drench("export", run, "--to", "usd", "--fps", 24, "-o", text)
     expect("warning: --fps" in other.stderr, other.stderr)

@@ -5,6 +5,8 @@ import sys
 import numpy as np
 from pxr import Gf, Sdf, Tf, UsdGeom, UsdShade, Vt
 
+from wet_maps import WetMap
+
 DRY_COLOUR = np.array([0.80, 0.74, 0.64], np.float32)  # linear; of fabric at saturation 0
 WET_COLOUR = 0.3 * DRY_COLOUR  # a look: soaked cotton reflects a third to a half of what dry cotton does
 DRY_ROUGHNESS, WET_ROUGHNESS = 0.90, 0.30
@@ -175,6 +177,7 @@ class Body:
     def __init__(self, stage, path, shape, container):
         self.rest, self.counts, self.corners = shape
         self.poses, self.rigid, self.move = [], True, None
+        self.now, self.map, self.primvars = self.rest, None, None
         self.prim = define_mesh(stage, path)
         if container:  # its walls would hide what is in it
             self.prim.CreatePurposeAttr(UsdGeom.Tokens.guide)
@@ -184,8 +187,20 @@ class Body:
         self.prim.CreateFaceVertexCountsAttr(integers(self.counts))
         self.prim.CreateFaceVertexIndicesAttr(integers(self.corners))
 
+    def write_wetness(self, code, particles, since):
+        """What the liquid of this frame makes of its points (wet_maps.py)."""
+        if self.map is None:
+            self.map, variables = WetMap(len(self.rest)), UsdGeom.PrimvarsAPI(self.prim)
+            self.primvars = [variables.CreatePrimvar(name, Sdf.ValueTypeNames.FloatArray, UsdGeom.Tokens.vertex)
+                             for name in ("contact_time", "film")]
+        if len(self.now) != len(self.map.film):  # a body of another number of points has no map
+            return
+        self.map.add(self.now.astype(np.float64), particles, since)
+        for primvar, values in zip(self.primvars, (self.map.contact, self.map.film)):
+            primvar.Set(reals(values), code)
+
     def write(self, code, shape):
-        points = shape[0]
+        points = self.now = shape[0]
         pose = self._pose(points, shape) if self.rigid else None
         if pose is not None:
             if self.move is None:

@@ -20,6 +20,7 @@ try:
     from pxr import Tf, Usd, UsdGeom
     from usd_prims import Bodies, Liquid, Surface, define_cloths
     from vtu_reader import Frame, FrameError, read_collection
+    from wet_maps import Particles
     import numpy as np
 except ImportError as error:
     fail_without(error.name)
@@ -34,6 +35,7 @@ def parse_arguments():
     parser.add_argument("--cloth", action="append", default=[], metavar="NAME", help="names, in the frames' order")
     parser.add_argument("--texture", action="append", default=[], metavar="CLOTH:DESCRIPTOR",
                         help="an open file of floats: u and v of each corner of the cloth's triangles")
+    parser.add_argument("--wet-maps", action="store_true", help="contact time and film on the points of bodies")
     options = parser.parse_args()
     if options.file.suffix not in ENDINGS:
         fail(f"{options.file}: must end in {', '.join(ENDINGS)}")
@@ -66,15 +68,19 @@ def read_textures(arguments):
 class Scene:
     """The prims of a run, made when their first frame comes."""
 
-    def __init__(self, stage, has_surface, cloth_names, textures):
+    def __init__(self, stage, has_surface, cloth_names, textures, wet_maps=False):
         self.stage, self.has_surface, self.cloth_names, self.textures = stage, has_surface, cloth_names, textures
         self.liquid = self.surface = self.cloths = self.bodies = None
+        self.wet_maps, self.particles, self.wet_at = wet_maps, None, None
 
     def write(self, series, code, path):
         """Returns about how many bytes of arrays it wrote."""
         with Frame(path) as frame:
             if series == "fluid":
                 self.liquid = self.liquid or Liquid(self.stage, self.has_surface)
+                if self.wet_maps:
+                    points, radius = frame.read("Points"), frame.read("radius")
+                    self.particles = Particles(points.astype(float), radius) if len(points) else None
                 return self.liquid.write(code, frame)
             if series == "surface":
                 self.surface = self.surface or Surface(self.stage)
@@ -85,6 +91,16 @@ class Scene:
             self.bodies = self.bodies or Bodies(self.stage)
             self.bodies.write(code, path, frame)
             return 0
+
+    def write_wetness(self, code, time):
+        """After the series of a time that has particles. Returns about how many bytes of arrays it wrote."""
+        if not self.wet_maps or not self.bodies:
+            return 0
+        since = time - self.wet_at if self.wet_at is not None else 0.0
+        self.wet_at = time
+        for body in self.bodies.bodies.values():
+            body.write_wetness(code, self.particles, since)
+        return sum(8 * len(body.rest) for body in self.bodies.bodies.values())
 
     def summary(self):
         parts = []
@@ -107,12 +123,15 @@ def time_code(time, rate):
 def export(options, temporary):
     series = {name: read_collection(options.folder, name) for name in ("fluid", "surface", "cloth", "bodies")}
     stage = new_stage(temporary, options)
-    scene, waiting, codes = Scene(stage, bool(series["surface"]), options.cloth, read_textures(options.texture)), 0, []
+    scene, waiting, codes = Scene(stage, bool(series["surface"]), options.cloth, read_textures(options.texture),
+                                 options.wet_maps), 0, []
     for time in sorted({time for frames in series.values() for time in frames}):
         code = time_code(time, options.rate)
         for name, frames in series.items():
             for path in frames.get(time, []):
                 waiting += scene.write(name, code, path)
+        if time in series["fluid"]:
+            waiting += scene.write_wetness(code, time)
         codes.append(code)
         if waiting > SAVE_EVERY:
             stage.GetRootLayer().Save()
