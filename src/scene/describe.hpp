@@ -89,6 +89,8 @@ void describe(Section& s, ProbeScene& probe);
 /// `s.word("fabric", …)`: what it gives is in the scene's tree by now (scene/fabrics.hpp), and a resolved scene has the
 /// values.
 void describe_fabric(Section& s, const char* meaning);
+/// What regions need of their cloth.
+void check_regions(Section& s, const ClothScene& cloth);
 /// Rates along warp and weft, and powers of the saturation, in section `porous`.
 void check_rates(Section& s, const MaterialScene& fabric);
 /// Refuses two statements of the quadratic drag, and one without permeability.

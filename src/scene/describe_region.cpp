@@ -101,6 +101,22 @@ void refuse_keys_of_the_cloth(Section& s) {
     s.not_here(key, of_the_cloth);
 }
 
+/// A painted region gives its fabric in the way of the cloth, so that there is something in between.
+void check_painted(Section& s, const MaterialScene& cloth, const MaterialScene& region, const std::string& key) {
+  const char* const as_the_cloth =
+      "differs in kind from that of the cloth; allowed in a painted region: the keys that "
+      "the cloth has, with other values";
+  s.check(region.membrane.has_value() == cloth.membrane.has_value(), key + (region.membrane ? "membrane" : "stretch"),
+          as_the_cloth);
+  s.check(region.has_warp == cloth.has_warp && region.warp == cloth.warp, key + "warp",
+          "is of the whole cloth where a region is painted; allowed: only as a key of the cloth");
+  const bool blocks = region.uptake_velocity == 0 && region.absorption == 0;
+  s.check(blocks || (region.uptake_velocity > 0) == (cloth.uptake_velocity > 0),
+          key + (region.uptake_velocity > 0 ? "porous.uptake_velocity" : "porous.absorption"), as_the_cloth);
+  s.check((region.fibre_diameter > 0) == (cloth.fibre_diameter > 0),
+          key + (region.fibre_diameter > 0 ? "porous.fibre_diameter" : "porous.forchheimer"), as_the_cloth);
+}
+
 }  // namespace
 
 void describe_fabric(Section& s, const char* meaning) {
@@ -165,6 +181,25 @@ void describe(Section& s, RegionScene& region) {
           "porous.weft_diffusivity");
   if (s.has("warp")) check_not_zero(s, "warp", fabric.warp);
   refuse_keys_of_the_cloth(s);
+}
+
+void check_regions(Section& s, const ClothScene& cloth) {
+  const bool groups = !cloth.grid && (cloth.file.ends_with(".obj") || cloth.file.ends_with(".OBJ"));
+  const bool attributes = !cloth.grid && (cloth.file.ends_with(".ply") || cloth.file.ends_with(".PLY"));
+  for (std::size_t i = 0; i < cloth.regions.size(); ++i) {
+    const RegionScene& region = cloth.regions[i];
+    const std::string key = fmt::format("regions.{}.", i);
+    s.check(groups || region.kind != RegionScene::Kind::group, key + "group",
+            fmt::format("applies only to meshes with groups, and {} has none; allowed: box, or an .obj file",
+                        cloth.grid ? "a grid" : "a .ply or .stl file"));
+    s.check(attributes || region.kind != RegionScene::Kind::attribute, key + "attribute",
+            "applies only to .ply files, which have vertex attributes; allowed: box, or a .ply file");
+    if (region.kind == RegionScene::Kind::attribute) check_painted(s, cloth.material, region.material, key);
+    s.check(!region.material.porous || cloth.material.porous, key + "porous",
+            "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
+    s.check(!(region.material.diffusivity > 0) || cloth.material.diffusivity > 0, key + "porous.diffusivity",
+            "is above 0, but that of the cloth is 0; allowed: 0, or a cloth with a diffusivity above 0");
+  }
 }
 
 }  // namespace drench

@@ -67,11 +67,14 @@ void check_sections(Section& s, const Scene& scene) {
   if (const auto often = too_often(scene)) s.check(false, often->first, often->second);
 }
 
+auto body_named(const Scene& scene, const std::string& name) {
+  return std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyScene& b) { return b.name == name; });
+}
+
 /// Pins follow a body whose motion does not depend on them.
 void check_followed_body(Section& s, const Scene& scene, const std::string& name, const std::string& key) {
   if (name.empty()) return;
-  const auto body =
-      std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyScene& b) { return b.name == name; });
+  const auto body = body_named(scene, name);
   s.check(body != scene.bodies.end(), key,
           fmt::format("there is no body named '{}'; allowed: a value of bodies.N.name", name));
   if (body != scene.bodies.end())
@@ -80,16 +83,13 @@ void check_followed_body(Section& s, const Scene& scene, const std::string& name
 
 /// A hinge holds a dynamic body to another one that keeps its shape.
 void check_joints(Section& s, const Scene& scene) {
-  const auto named = [&](const std::string& name) {
-    return std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyScene& b) { return b.name == name; });
-  };
   for (std::size_t i = 0; i < scene.joints.size(); ++i) {
     const JointScene& joint = scene.joints[i];
     const std::string key = fmt::format("joints.{}.hinge.", i);
     for (const auto& [part, name] : {std::pair{"body", joint.body}, {"to", joint.to}})
-      s.check((name.empty() && part == std::string_view("to")) || named(name) != scene.bodies.end(), key + part,
-              fmt::format("there is no body named '{}'; allowed: a value of bodies.N.name", name));
-    const auto body = named(joint.body);
+      s.check((name.empty() && part == std::string_view("to")) || body_named(scene, name) != scene.bodies.end(),
+              key + part, fmt::format("there is no body named '{}'; allowed: a value of bodies.N.name", name));
+    const auto body = body_named(scene, joint.body);
     s.check(body == scene.bodies.end() || body->dynamic, key + "body",
             fmt::format("'{}' is not a dynamic body; allowed: a body with dynamic: true", joint.body));
     s.check(joint.to != joint.body, key + "to", "is the body itself; allowed: another body, or none for the world");

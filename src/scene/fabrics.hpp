@@ -41,7 +41,7 @@ const std::vector<Fabric>& fabrics();
 const std::vector<FabricSource>& fabric_sources();
 /// The one of this name, or null.
 const Fabric* fabric_named(const std::string& name);
-/// Does a cloth's map have a key in place of this one, which then does not count?
+/// Does a cloth's map have a key that replaces this one?
 bool is_replaced(const yaml::Value& cloth, const std::string& key);
 
 /// What a cloth has of its fabric.
