@@ -75,13 +75,13 @@ MaterialScene blended(const MaterialScene& cloth, const MaterialScene& region, d
   blend(m.friction_wet, region.friction_wet, share, cloth.friction, region.friction);
   blend(m.damping_wet, region.damping_wet, share, cloth.damping, region.damping);
   blend(m.weft_diffusivity, region.weft_diffusivity, share, cloth.diffusivity, region.diffusivity);
-  for (double BasicMaterial<double>::*number :
-       {&MaterialScene::thickness, &MaterialScene::damping, &MaterialScene::friction, &MaterialScene::adhesion,
-        &MaterialScene::solid_fraction, &MaterialScene::absorption, &MaterialScene::max_saturation,
-        &MaterialScene::virtual_pressure, &MaterialScene::emission_velocity, &MaterialScene::diffusivity,
-        &MaterialScene::permeability, &MaterialScene::forchheimer, &MaterialScene::fibre_diameter,
-        &MaterialScene::breakthrough_pressure, &MaterialScene::critical_saturation})
-    mix(m.*number, region.*number);
+  ResolvedMaterial<double> numbers, others;  // for visit_members, the one list of them
+  static_cast<BasicMaterial<double>&>(numbers) = cloth;
+  static_cast<BasicMaterial<double>&>(others) = region;
+  visit_members(numbers, others, [&]<class T>(T& to, const T& other) {
+    if constexpr (std::is_same_v<T, double>) mix(to, other);
+  });
+  static_cast<BasicMaterial<double>&>(m) = numbers;
   for (double MaterialScene::*number :
        {&MaterialScene::areal_density, &MaterialScene::stretch, &MaterialScene::bend, &MaterialScene::emission_angle})
     mix(m.*number, region.*number);
