@@ -1,6 +1,7 @@
 // The solid bodies' arrays, where their surfaces are, and how dynamic ones take up momentum.
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <stdexcept>
 
 #include "base/eigen_vec.hpp"
@@ -309,6 +310,8 @@ void move_by_load(Bodies& bodies, double keep, double weight, const Constants* o
 void set_hinges(const Constants& constants, Bodies& bodies, const StepInfo& info) {
   const Model& m = constants.model;
   if (bodies.dynamic.count == 0 || !has_held_body(m)) return;
+  const bool motors = std::any_of(m.joints.begin(), m.joints.end(), [](const Joint& j) { return j.torque > 0; });
+  if (bodies.dynamic.hinge.exists() && !motors) return;
   std::vector<Hinge> hinges(m.bodies.size(), Hinge{});
   for (std::size_t b = 0; b < hinges.size(); ++b) {
     const Joint* joint = hinge_of_body(m, static_cast<Index>(b));
