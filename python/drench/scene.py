@@ -83,7 +83,8 @@ class Scene:
     Each keyword in `overrides` is `key.path: value`, as in {"fluid.spacing": 0.02}. Raises SceneError.
 
     A dict may contain arrays instead of files: `{"mesh": {"points": (n, 3), "faces": (m, 3 or more), "uv": (n, 2)}}` for a
-    cloth or a body, with `"attributes": {name: (n,)}` for painted regions, and the source `{"particles": (n, 3), "velocities": (n, 3)}`, in m and m/s.
+    cloth or a body, with `"attributes": {name: (n,)}` for painted regions, and the source
+    `{"particles": (n, 3), "velocities": (n, 3)}`, in m and m/s.
     """
 
     def __init__(self, source: SceneLike, overrides: Mapping[str, Any] | None = None, *, name: str = "scene"):

@@ -105,7 +105,7 @@ struct ClothMesh {
   Index joint_of(Index n) const { return joint.empty() ? n : joint[static_cast<std::size_t>(n)]; }
 };
 
-/// Prescribed motion of pins and of what soft pins pull to: X(t) = C + o + ∫v + p(s) + Rot(axis, ∫rate) R (X0 − C),
+/// Prescribed motion of pins, rigid or soft: X(t) = C + o + ∫v + p(s) + Rot(axis, ∫rate) R (X0 − C),
 /// from start to s = min(max(t, start), end). What they did before a program gave them another velocity stands in o and
 /// R. Pins that follow a body have X(t) = c_b + w_b(t) + Q_b(t) (X0 − C) instead, with the centre, the way and the turn
 /// of the body.
