@@ -185,7 +185,7 @@ double ClothIteration::residual() const {
     goal +=
         solver_.tolerance * p.mass[n] / (p.dt * p.dt) * (p.target[n] - p.start[n]).norm() + rounding * p.diagonal[n];
   }
-  return left > 0 ? left / goal : 0;
+  return left == 0 ? 0 : left / goal;
 }
 
 double ClothIteration::check() {

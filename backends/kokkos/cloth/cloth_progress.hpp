@@ -12,7 +12,9 @@ inline constexpr int plain_iterations = 10, plain_iterations_later = 2, check_in
 inline constexpr int patient = 9;  // checks after which xpbd's residual must have fallen
 
 /// The residual in units of its goal, of the nodes' shares (ClothSystem::imbalance).
-KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) { return sums.first > 0 ? sums.first / sums.second : 0; }
+KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) {
+  return sums.first == 0 ? 0 : sums.first / sums.second;  // what is not finite stays so
+}
 
 /// Chebyshev's weights (Wang 2015) and what the checks have found.
 struct ClothProgress {

@@ -83,8 +83,9 @@ void NewtonCloth::measure(const ClothSystem& s, Iterate& i) {
     at_node(i.left, n) = column(left);
     return norm(left);
   });
-  i.over_goal = sum > 0 ? std::min(sum, 1e100) / goal_ : 0;
-  if (!(i.over_goal < 1e100)) i.over_goal = 1e100;
+  constexpr double lost = 1e100;  // also where numbers are not finite
+  i.over_goal = sum == 0 ? 0 : sum / goal_;
+  if (!(i.over_goal < lost)) i.over_goal = lost;
 }
 
 /// Is the node still out of the solids' reach? The distance from a solid changes at most as fast as the node moves, an
@@ -178,12 +179,16 @@ bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSy
   }
   if (now_.over_goal > 1 && !best_shift.empty()) now_.shift = best_shift;
   progress.residual = std::min(best, now_.over_goal);
+  give(cloth, solver, s);
+  return progress.residual <= 1 || cap == most;
+}
+
+void NewtonCloth::give(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) const {
   const Entries<Real3> result = solver.displacement, before = solver.last_displacement;
   parallel("drench::cloth::newton_end", cloth.nodes.count, [&](const Index n) {
     if (!s.pinned(n)) result(n) = narrow(now_.shift[at(n)]);
     before(n) = result(n);
   });
-  return progress.residual <= 1 || cap == most;
 }
 
 double NewtonCloth::cosine_between(const NodeVector& a, const NodeVector& b) {
@@ -323,6 +328,9 @@ bool run_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& 
 }
 
 void begin_newton_anew(ClothSolverWork& solver) { solver.newton->begin_anew(); }
+void give_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) {
+  solver.newton->give(cloth, solver, s);
+}
 
 }  // namespace drench::kokkos_backend
 
@@ -333,6 +341,7 @@ namespace drench::kokkos_backend {
 bool prepare_newton(const Cloth&, ClothSolverWork&, const ClothSystem&, bool) { return false; }
 bool run_newton(const Cloth&, ClothSolverWork&, const ClothSystem&, ClothProgress&, int, double) { return false; }
 void begin_newton_anew(ClothSolverWork&) {}
+void give_newton(const Cloth&, ClothSolverWork&, const ClothSystem&) {}
 
 }  // namespace drench::kokkos_backend
 

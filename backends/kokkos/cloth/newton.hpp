@@ -42,6 +42,8 @@ class NewtonCloth {
   /// solver.displacement. False: it has not converged, and other iterations have to go on.
   bool run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
            double tolerance);
+  /// The best iterate of the last solve goes to solver.displacement.
+  void give(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) const;
 
  private:
   enum class State : std::uint8_t { apart, sticks, slips };

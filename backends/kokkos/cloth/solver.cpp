@@ -233,11 +233,16 @@ void ClothIteration::run(int most) {
     if (run_newton(cloth_, solver_, system_, progress_, most, tolerance_)) return;
     begin_newton_anew(solver_);
   }
+  const double before = progress_.residual;
   do {
     stop_if_requested();
     advance(std::min(check_interval, end - progress_.iterations));
     progress_.judge(residual());
   } while (progress_.residual > 1 && progress_.iterations < end);
+  // Where cloth is stretched beyond its limits these iterations may diverge.
+  if (!newton_ || progress_.residual <= before) return;
+  give_newton(cloth_, solver_, system_);
+  progress_.residual = before;
 }
 
 const ClothProgress& ClothIteration::progress() {
