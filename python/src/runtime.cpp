@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "module.hpp"
 
 namespace drench::python {

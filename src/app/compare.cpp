@@ -8,8 +8,8 @@
 
 #include "app/commands.hpp"
 #include "app/set_up.hpp"
+#include "base/version.hpp"
 #include "compare/decisions.hpp"
-#include "drench_version.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "parallel/communicator.hpp"
 #include "pipeline/runtime.hpp"
 

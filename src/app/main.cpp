@@ -22,7 +22,7 @@
 #include "app/fit.hpp"
 #include "app/threads.hpp"
 #include "app/view.hpp"
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "output/checkpoint.hpp"
 #include "output/run_folder.hpp"
 #include "parallel/communicator.hpp"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "output/run_folder.hpp"
 #include "output/stats_csv.hpp"
 #include "scene/load.hpp"

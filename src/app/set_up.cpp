@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "pipeline/backend.hpp"
 #include "pipeline/rank_memory.hpp"
 #include "pipeline/runtime.hpp"

@@ -20,7 +20,7 @@ struct Precision {
   double pair_rounding = 0;  // Backend::pair_rounding()
 };
 
-/// 1e-4 and 6e-8 for "float", 1e-10 and 1.1e-16 for "double" (drench_version.hpp's precision_name).
+/// 1e-4 and 6e-8 for "float", 1e-10 and 1.1e-16 for "double" (base/version.hpp's precision_name).
 Precision precision_named(std::string_view name);
 
 /// Quanta of rounding that masses may differ by.

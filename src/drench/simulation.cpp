@@ -12,7 +12,7 @@
 #include "drench/given_state.hpp"
 #include "drench/prescribed.hpp"
 #include "drench/recorder.hpp"
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "pipeline/pipeline.hpp"
 #include "state/saturation.hpp"
 

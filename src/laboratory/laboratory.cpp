@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "laboratory/tests.hpp"
 #include "laboratory/trial.hpp"
 

@@ -15,7 +15,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "output/text_file.hpp"
 
 namespace drench {

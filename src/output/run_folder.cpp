@@ -10,7 +10,7 @@
 #include <regex>
 #include <vector>
 
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "output/text_file.hpp"
 #include "scene/load.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <regex>
 
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "output/text_file.hpp"
 #include "report/html.hpp"
 #include "report/page_style.hpp"

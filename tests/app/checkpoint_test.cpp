@@ -9,7 +9,7 @@
 #include <bit>
 #include <cmath>
 
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "good_scenes.hpp"
 #include "run_program.hpp"
 #include "scene/load.hpp"

@@ -14,7 +14,7 @@
 namespace drench::test {
 namespace {
 
-constexpr double tolerance = double_precision ? 1e-10 : 1e-4;
+const double tolerance = double_precision ? 1e-10 : 1e-4;
 
 /// Largest difference of two fields of vectors, relative to the largest value.
 double relative_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {

@@ -15,7 +15,7 @@
 namespace drench::test {
 namespace {
 
-constexpr double drift_bound = double_precision ? 1e-14 : 1e-8;
+const double drift_bound = double_precision ? 1e-14 : 1e-8;
 
 const char* const law[] = {"diffusion: linear",
                            "diffusion: degenerate",

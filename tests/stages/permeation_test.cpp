@@ -13,7 +13,7 @@
 namespace drench::test {
 namespace {
 
-constexpr double tolerance = double_precision ? 1e-10 : 1e-4;
+const double tolerance = double_precision ? 1e-10 : 1e-4;
 
 std::string permeable(const std::string& keys = "permeability: 1.0e-8") {
   return with(wet_scene(), "porous: {", "porous: {" + keys + ", ");

@@ -67,7 +67,7 @@ Momentum momentum_of(const Model& m, const HostState& s, double dt) {
   return p;
 }
 
-constexpr double rounding = double_precision ? 1e-14 : 1e-6;
+const double rounding = double_precision ? 1e-14 : 1e-6;
 
 /// A floor under a block of water at rest, both without gravity.
 std::string floor_scene(double tension, double adhesion) {

@@ -4,7 +4,6 @@
 
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -12,16 +11,14 @@
 
 namespace drench::test {
 
-inline std::string from_environment(const char* name, const char* built) {
-  const char* value = std::getenv(name);
-  return value != nullptr && *value != '\0' ? value : built;
-}
+/// The variable's value, or `otherwise` without one.
+std::string from_environment(const char* name, const char* otherwise);
 
 /// The program `drench`; DRENCH_PROGRAM replaces it.
-inline std::string program() { return from_environment("DRENCH_PROGRAM", DRENCH_BINARY); }
+std::string program();
 
 /// The folder of scenes; DRENCH_SCENES replaces it.
-inline std::string scenes_folder() { return from_environment("DRENCH_SCENES", DRENCH_SCENES_DIR); }
+std::string scenes_folder();
 
 /// A temporary file of this process alone: tests run side by side.
 inline std::filesystem::path own_file(const std::string& name) {

@@ -5,11 +5,7 @@
 
 namespace drench::test {
 
-#ifdef DRENCH_DOUBLE
-inline constexpr bool double_precision = true;
-#else
-inline constexpr bool double_precision = false;
-#endif
+extern const bool double_precision;
 
 /// One of two tolerances: the reference computes in double whatever the precision of the build is.
 inline double allowed(const Backend& backend, double in_double, double in_float) {

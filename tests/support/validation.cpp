@@ -9,7 +9,7 @@
 #include <ctime>
 #include <random>
 
-#include "drench_version.hpp"
+#include "base/version.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
 #include "test_ranks.hpp"

@@ -11,7 +11,7 @@
 
 namespace drench::test {
 
-inline constexpr double rounding = double_precision ? 2.3e-16 : 1.2e-7;  // ε of the backend's precision
+inline const double rounding = double_precision ? 2.3e-16 : 1.2e-7;  // ε of the backend's precision
 
 /// Today's bounds of a target that is missed, one a precision: each at most 1.1 times what is measured, 0 where it is
 /// met.

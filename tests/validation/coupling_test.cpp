@@ -111,7 +111,7 @@ TEST(coupling, water_over_light_cloth_by_xpbd_does_the_same) {
 
 // As hard as it gets in practice: a mass ratio of 100:1, the paper's time step, walls that keep the water on the sheet.
 TEST(coupling, a_hundred_times_the_cloths_mass_for_seconds) {
-  constexpr double seconds = double_precision ? 2 : 5;  // the longest of all tests: the shorter one where it is slower
+  const double seconds = double_precision ? 2 : 5;  // the longest of all tests: the shorter one where it is slower
   SceneRun run(R"(drench: 1
 time: {step: 0.004, end: 5}
 domain: {min: [-2, -2, -2], max: [2, 2, 2]}

@@ -9,6 +9,7 @@
 
 #include "base/types.hpp"
 #include "core/host_loops.hpp"
+#include "drench_precision.hpp"
 
 namespace drench::kokkos_backend {
 
