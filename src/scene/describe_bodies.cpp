@@ -87,8 +87,13 @@ void describe_rotate(Section& s, BodyScene& body) {
 
 void describe_place(Section& s, BodyScene& body) {
   s.one_line();
+  s.saved_if(body.stretch != BodyScene{}.stretch)
+      .numbers(
+          "scale", body.stretch, "[1e-6, 1e6]", "1",
+          "scale factors along x, y and z, before the rotation, about the same point; a sphere becomes an ellipsoid");
   s.numbers("position", body.place, coordinate_range, "m", "displacement, in addition to `mesh.position`");
-  s.section("rotate", body, describe_rotate, "rotation about the origin of the mesh file, or the centre of the box");
+  s.section("rotate", body, describe_rotate,
+            "rotation about the origin of the mesh file, the centre of the box or sphere, or the point of the plane");
 }
 
 void describe_mesh(Section& s, BodyScene& body) {
@@ -151,11 +156,14 @@ void describe(Section& s, BodyScene& body) {
                "triangle mesh; holes are closed; a sheet that encloses no volume acts on liquid only and is rejected "
                "beside moving cloth");
   const BodyScene none;
-  const bool placed = body.place != none.place || body.rotate_degrees != none.rotate_degrees;
+  const bool placed =
+      body.place != none.place || body.rotate_degrees != none.rotate_degrees || body.stretch != none.stretch;
   s.saved_if(body.kind == Kind::mesh || placed)
-      .section("place", body, describe_place, "initial placement of a mesh or a box: rotated first, then moved");
-  s.check(!s.has("place") || body.kind == Kind::mesh || (body.kind == Kind::box && !body.inside), "place",
-          "applies only to meshes and to boxes that are not containers; allowed: only with the key mesh or box");
+      .section("place", body, describe_place, "initial placement: scaled first, then rotated, then moved");
+  s.check(body.kind != Kind::box || !body.inside || body.rotate_degrees == none.rotate_degrees, "place.rotate",
+          "does not apply to containers; allowed: a box without inside: true, or a mesh");
+  s.check(body.kind != Kind::plane || body.stretch == none.stretch, "place.scale",
+          "does not apply to planes; allowed: the keys box, sphere, mesh");
 }
 
 }  // namespace drench

@@ -270,6 +270,7 @@ struct BodyScene {
   LengthUnit unit = LengthUnit::m;  // of the mesh file
   UpAxis up = UpAxis::y;            // of the mesh file
   Vec3 position{0, 0, 0};           // m, added to the scaled mesh
+  Vec3 stretch{1, 1, 1};            // 1, along the axes, before the rotation
   Vec3 place{0, 0, 0};              // m, added to that
   Vec3 rotate_axis{1, 0, 0};        // a mesh is turned first, about its file's origin, then moved
   double rotate_degrees = 0.0;      // °

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 
@@ -185,29 +186,100 @@ SurfaceMesh placed_mesh(const BodyScene& scene, const std::string& scene_path, c
   return mesh;
 }
 
-/// A box that is turned is a mesh.
-bool is_turned_box(const BodyScene& scene) { return scene.kind == BodyScene::Kind::box && scene.rotate_degrees != 0; }
+/// A box that is turned is a mesh, and an ellipsoid is one.
+bool becomes_mesh(const BodyScene& scene) {
+  const Vec3& by = scene.stretch;
+  return (scene.kind == BodyScene::Kind::box && scene.rotate_degrees != 0) ||
+         (scene.kind == BodyScene::Kind::sphere && (by[0] != by[1] || by[0] != by[2]));
+}
 
-/// Its corners and faces, turned about its centre and moved.
+/// Scales and turns about `middle`, then moves.
+void put_in_place(const BodyScene& scene, const Eigen::Vector3d& middle, std::vector<Vec3>& points) {
+  const Eigen::Matrix3d linear =
+      rotation_about(scene.rotate_axis, scene.rotate_degrees) * Eigen::Matrix3d(to_eigen(scene.stretch).asDiagonal());
+  for (Vec3& x : points) x = to_vec3(middle + linear * (to_eigen(x) - middle) + to_eigen(scene.place));
+}
+
+/// Its corners and faces in their place.
 SurfaceMesh turned_box(const BodyScene& scene) {
-  const Eigen::Vector3d low = to_eigen(scene.box.min), high = to_eigen(scene.box.max), middle = 0.5 * (low + high);
-  const Eigen::Matrix3d turn = rotation_about(scene.rotate_axis, scene.rotate_degrees);
+  const Eigen::Vector3d low = to_eigen(scene.box.min), high = to_eigen(scene.box.max);
   SurfaceMesh mesh;
   for (int corner = 0; corner < 8; ++corner) {
     Eigen::Vector3d x;
     for (int a = 0; a < 3; ++a) x[a] = (corner >> a & 1) ? high[a] : low[a];
-    mesh.points.push_back(to_vec3(middle + turn * (x - middle) + to_eigen(scene.place)));
+    mesh.points.push_back(to_vec3(x));
   }
+  put_in_place(scene, 0.5 * (low + high), mesh.points);
   mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                     {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
   return mesh;
 }
 
+/// The faces of an octahedron, each cut into `cuts`² and brought out onto the sphere; then in their place. The mesh
+/// holds 0.3 % less than the ellipsoid.
+SurfaceMesh ellipsoid(const BodyScene& scene) {
+  constexpr int cuts = 24;
+  SurfaceMesh mesh;
+  std::map<std::array<int, 3>, Index> number;  // of points of the octahedron |x| + |y| + |z| = cuts
+  const auto point = [&](const std::array<int, 3>& x) {
+    const auto [found, fresh] = number.try_emplace(x, static_cast<Index>(mesh.points.size()));
+    if (fresh) {
+      // By angles along the edges, so that faces at the corners are not smaller than those in the middle.
+      Eigen::Vector3d on;
+      for (int a = 0; a < 3; ++a) on[a] = std::sin(0.5 * std::numbers::pi * x[static_cast<std::size_t>(a)] / cuts);
+      mesh.points.push_back(to_vec3(to_eigen(scene.center) + scene.radius * on.normalized()));
+    }
+    return found->second;
+  };
+  for (const int sx : {-1, 1})
+    for (const int sy : {-1, 1})
+      for (const int sz : {-1, 1}) {
+        const bool turned = sx * sy * sz < 0;
+        const auto face = [&](const std::array<int, 3>& a, const std::array<int, 3>& b, const std::array<int, 3>& c) {
+          const Index i = point(a), j = point(b), k = point(c);
+          mesh.triangles.push_back(turned ? std::array<Index, 3>{i, k, j} : std::array<Index, 3>{i, j, k});
+        };
+        const auto at = [&](int i, int j) { return std::array<int, 3>{sx * i, sy * j, sz * (cuts - i - j)}; };
+        for (int i = 0; i < cuts; ++i)
+          for (int j = 0; i + j < cuts; ++j) {
+            face(at(i, j), at(i + 1, j), at(i, j + 1));
+            if (i + j + 1 < cuts) face(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+          }
+      }
+  put_in_place(scene, to_eigen(scene.center), mesh.points);
+  return mesh;
+}
+
+/// A box, a sphere or a plane that keeps its kind, in its place.
+BodyScene placed_shape(BodyScene scene) {
+  if (scene.kind == BodyScene::Kind::mesh || becomes_mesh(scene)) return scene;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double middle = 0.5 * (scene.box.min[a] + scene.box.max[a]) + scene.place[a],
+                 half = 0.5 * (scene.box.max[a] - scene.box.min[a]) * scene.stretch[a];
+    if (scene.stretch[a] != 1) {
+      scene.box.min[a] = middle - half;
+      scene.box.max[a] = middle + half;
+    } else {
+      scene.box.min[a] += scene.place[a];
+      scene.box.max[a] += scene.place[a];
+    }
+    scene.center[a] += scene.place[a];
+    scene.point[a] += scene.place[a];
+  }
+  scene.radius *= scene.stretch[0];
+  if (scene.rotate_degrees != 0)
+    scene.normal = to_vec3(rotation_about(scene.rotate_axis, scene.rotate_degrees) * to_eigen(scene.normal));
+  return scene;
+}
+
 /// Of each point of the body's mesh: the file's point that it is.
 std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std::string& scene_path,
                                   const std::string& name, std::vector<std::string>& warnings) {
-  const std::string label = is_turned_box(scene) ? name : fmt::format("{} ({})", name, scene.file);
-  const SurfaceMesh mesh = is_turned_box(scene) ? turned_box(scene) : placed_mesh(scene, scene_path, label);
+  const bool of_file = scene.kind == BodyScene::Kind::mesh;
+  const std::string label = of_file ? fmt::format("{} ({})", name, scene.file) : name;
+  const SurfaceMesh mesh = of_file                                 ? placed_mesh(scene, scene_path, label)
+                           : scene.kind == BodyScene::Kind::sphere ? ellipsoid(scene)
+                                                                   : turned_box(scene);
   if (!mesh.left_out.empty()) warnings.push_back(fmt::format("{}: {}", name, mesh.left_out));
   SolidMesh solid = close_mesh(mesh, scene.sequence.files.empty() ? Sheets::keep : Sheets::leave_out);
   if (scene.inside || !solid.has_inside()) {
@@ -247,13 +319,14 @@ void refuse_thin_wall(const Body& body, const BodyScene& scene, const std::strin
       solid.holes.empty() ? "" : fmt::format(": its edge, {}, surrounds all of it", place_of(solid.holes.front()))));
 }
 
-Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name,
+Body make_body(const BodyScene& given, const std::string& scene_path, const std::string& name,
                std::vector<std::string>* warnings) {
+  const BodyScene scene = placed_shape(given);
   Body body;
   std::vector<std::string> lines;
   std::vector<Index> source;  // of a mesh's points
   body.name = scene.name;
-  body.kind = is_turned_box(scene) ? BodyScene::Kind::mesh : scene.kind;
+  body.kind = becomes_mesh(scene) ? BodyScene::Kind::mesh : scene.kind;
   body.box = scene.box;
   body.inside = scene.inside && scene.kind == BodyScene::Kind::box;
   body.center = scene.center;
@@ -266,8 +339,6 @@ Body make_body(const BodyScene& scene, const std::string& scene_path, const std:
       for (int a = 0; a < 3; ++a) {
         if (!(scene.box.max[a] > scene.box.min[a]))
           throw SetupError(name + ": max must be greater than min on each axis");
-        body.box.min[a] += scene.place[a];
-        body.box.max[a] += scene.place[a];
         body.center[a] = 0.5 * (body.box.min[a] + body.box.max[a]);
       }
       body.reach = 0.5 * (to_eigen(scene.box.max) - to_eigen(scene.box.min)).norm();

@@ -82,8 +82,11 @@ FilePlace file_place(const PlacedFile& placed) {
 }
 
 FilePlace file_place(const BodyScene& body) {
-  return file_place(body.scale, body.unit, body.up, body.rotate_axis, body.rotate_degrees,
-                    to_eigen(body.position) + to_eigen(body.place));
+  FilePlace place = file_place(body.scale, body.unit, body.up, body.rotate_axis, 0, to_eigen(body.position));
+  place.linear =
+      rotation_about(body.rotate_axis, body.rotate_degrees) * to_eigen(body.stretch).asDiagonal() * place.linear;
+  place.shift += to_eigen(body.place);
+  return place;
 }
 
 std::string unit_hint(const std::vector<Vec3>& points, LengthUnit unit, double scale, const std::string& name) {

@@ -102,6 +102,42 @@ bodies:
   EXPECT_EQ(parse_scene(to_yaml(scene), "turned.yaml").bodies[0], scene.bodies[0]);
 }
 
+/// A sphere that is scaled alike stays one, otherwise it is a mesh of the ellipsoid's volume; planes turn and move.
+TEST(PlacedBodies, AreScaledTurnedAndMoved) {
+  const Scene scene = parse_scene(R"(drench: 1
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+fluid: {spacing: 0.02, sources: [{block: {min: [0.8, 0.8, 0.8], max: [0.9, 0.9, 0.9]}}]}
+bodies:
+  - sphere: {center: [0.1, 0, 0], radius: 0.1, dynamic: true, density: 400}
+    place: {scale: [2, 0.5, 1], rotate: {axis: [0, 0, 1], degrees: 90}, position: [0, 0.3, 0]}
+  - sphere: {center: [-0.5, 0, 0], radius: 0.1}
+    place: {scale: [1.5, 1.5, 1.5], position: [0, 0.2, 0]}
+  - box: {min: [-0.2, -0.2, -0.2], max: [0.2, 0.2, 0.2]}
+    place: {scale: [0.5, 1, 2], position: [0, -0.6, 0]}
+  - plane: {point: [0, -0.9, 0], normal: [0, 1, 0]}
+    place: {rotate: {axis: [0, 0, 1], degrees: 30}, position: [0, -0.05, 0]}
+)",
+                                  "placed.yaml");
+  const drench::Setup setup = build(scene);
+  const Body &egg = setup.model.bodies[0], &ball = setup.model.bodies[1], &box = setup.model.bodies[2],
+             &slope = setup.model.bodies[3];
+  EXPECT_NEAR(egg.mass / (400 * 4.0 / 3 * std::numbers::pi * 0.2 * 0.05 * 0.1), 0.997, 0.002);
+  for (const Vec3& x : egg.mesh_points)
+    EXPECT_NEAR(std::pow((x[0] - 0.1) / 0.05, 2) + std::pow((x[1] - 0.3) / 0.2, 2) + std::pow(x[2] / 0.1, 2), 1, 1e-12);
+  EXPECT_EQ(ball.kind, BodyScene::Kind::sphere);
+  EXPECT_NEAR(ball.radius, 0.15, 1e-15);
+  EXPECT_NEAR(ball.center[1], 0.2, 1e-15);
+  const Vec3 low{-0.1, -0.8, -0.4}, high{0.1, -0.4, 0.4};
+  for (std::size_t a = 0; a < 3; ++a) {
+    EXPECT_NEAR(box.box.min[a], low[a], 1e-15);
+    EXPECT_NEAR(box.box.max[a], high[a], 1e-15);
+  }
+  EXPECT_NEAR(slope.normal[0], -0.5, 1e-15);
+  EXPECT_NEAR(slope.point[1], -0.95, 1e-15);
+  const Scene again = parse_scene(to_yaml(scene), "placed.yaml");
+  for (std::size_t b = 0; b < 4; ++b) EXPECT_EQ(again.bodies[b], scene.bodies[b]) << b;
+}
+
 class BodyMeshes : public MeshFolder {
  protected:
   /// A block of liquid around the body, and a cloth above it if asked for.
