@@ -304,9 +304,10 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   const Index particles = s.fluid_count();
   std::vector<Momentum> impulse(s.node_count(), Momentum{0, 0, 0});
 
+  const bool baked = m.has_baked_liquid();
   slow_fresh_particles(state, impulse);
   Vectors shift;
-  for (Index i = 0; i < particles; ++i) shift.push_back(shift_apart(state, i));
+  for (Index i = 0; i < particles; ++i) shift.push_back(baked ? Vector3d::Zero() : shift_apart(state, i));
   const std::vector<Vec3> start = s.node_position;
   const Vectors start_samples = sample_positions(state);
   const std::vector<PlacedBody> bodies = placed_bodies(state, info);
@@ -320,7 +321,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   for (Index i = 0; i < particles; ++i) {
     const Vector3d x0 = vec(s.fluid_position[i]);
     x1[i] = x0 + info.dt * vec(s.fluid_velocity[i]) + shift[i];
-    collisions[i] = stop_at_cloth(m, cloth, x0, x1[i]);
+    if (!baked) collisions[i] = stop_at_cloth(m, cloth, x0, x1[i]);
     if (collisions[i].triangle >= 0) ++report.collisions;
   }
   exchange_impulses(state, collisions, impulse);
@@ -332,7 +333,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   for (Index i = 0; i < particles; ++i) {
     const Vector3d swept = x1[i];
     bool crossed = collisions[i].crossed;
-    if (put_back(bodies, x1[i], s.fluid_velocity[i])) {
+    if (!baked && put_back(bodies, x1[i], s.fluid_velocity[i])) {
       ++report.clamped;
       crossed = crossed || lies_between(cloth, swept, x1[i]);
     }

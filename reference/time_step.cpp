@@ -17,7 +17,7 @@ double capillary_step(const Model& model) {
   double sigma = model.scene.fluid.surface_tension;
   for (const Body& b : model.bodies) sigma = std::max(sigma, b.adhesion);
   model.for_materials([&](const ClothMaterial& c) { sigma = std::max(sigma, c.adhesion); });
-  if (!model.has_fluid() || sigma <= 0) return std::numeric_limits<double>::infinity();
+  if (!model.has_moving_liquid() || sigma <= 0) return std::numeric_limits<double>::infinity();
   return std::sqrt(model.scene.fluid.density * std::pow(model.spacing, 3) / (2 * std::numbers::pi * sigma));
 }
 

@@ -66,12 +66,18 @@ void print_loops(const Model& model) {
   }
 }
 
+std::string baked_text(const Model& model) {
+  const SequenceScene& sequence = model.scene.fluid.blocks.front().sequence;
+  return fmt::format(", moved by {} files until {:.4g} s", sequence.files.size(),
+                     static_cast<double>(sequence.files.size() - 1) / sequence.fps);
+}
+
 void print_parts(const Model& model, const HostState& state) {
   if (model.has_fluid())
-    fmt::print("fluid: {} particles of {:.4g} m, {:.4g} kg, {} emitters{}\n", state.fluid_count(), model.spacing,
+    fmt::print("fluid: {} particles of {:.4g} m, {:.4g} kg, {} emitters{}{}\n", state.fluid_count(), model.spacing,
                static_cast<double>(std::accumulate(state.fluid_mass.begin(), state.fluid_mass.end(), Quanta{0})) *
                    model.quantum,
-               model.jets.size(),
+               model.jets.size(), model.has_baked_liquid() ? baked_text(model) : "",
                model.has_drains() ? fmt::format(", {} drains", model.scene.fluid.drains.size()) : "");
   for (const ClothMaterial& c : model.cloths)
     fmt::print("cloth {}: {} nodes, {} triangles, {} quadrature points, {:.4g} kg/m² ({:.4g} g/m²){}{}\n", c.name,
@@ -186,8 +192,8 @@ void print_memory(const ForeseenMemory& memory, const MemoryBudget& budget, int 
 
 void print_step(const Model& model, const HostState& state) {
   const TimeScene& time = model.scene.time;
-  if (!model.has_fluid()) {
-    fmt::print("time step: {:.4g} s\n", time.step);
+  if (!model.has_moving_liquid()) {
+    fmt::print("time step: {}{:.4g} s\n", model.has_fluid() && time.mode == TimeMode::cfl ? "at most " : "", time.step);
     return;
   }
   const auto [fastest, impact] = expected_speeds(model, state);
@@ -263,13 +269,13 @@ int check_command(const CheckOptions& options) {
   std::string stages;
   for (const Stage s : stages_for(model)) stages += fmt::format(" {}", name_of(s));
   fmt::print("stages:{}\n", stages);
-  if (options.ranks > 1 && model.has_fluid()) print_ranks(setup, options.ranks);
-  print_memory(memory, budget, model.has_fluid() ? options.ranks : 1);
+  if (options.ranks > 1 && model.has_moving_liquid()) print_ranks(setup, options.ranks);
+  print_memory(memory, budget, model.has_moving_liquid() ? options.ranks : 1);
 
   print_step(model, setup.state);
   fmt::print("steps: {}{:.0f} to {:.4g} s\n", scene.time.mode != TimeMode::fixed ? "at least " : "",
              std::ceil(scene.time.end / scene.time.step - 1e-9), scene.time.end);
-  if (const double passes = model.has_fluid() ? viscous_passes(model, scene.time.step) : 0; passes > 1)
+  if (const double passes = model.has_moving_liquid() ? viscous_passes(model, scene.time.step) : 0; passes > 1)
     fmt::print("viscosity: about {:.0f} passes per step\n", passes);
   if (const double passes = model.has_micropolar() ? spin_passes(model, scene.time.step) : 0; passes > 1)
     fmt::print("micropolar: about {:.0f} passes per step\n", passes);

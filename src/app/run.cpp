@@ -404,6 +404,8 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
   if (ranks && options.backend == "reference")
     throw RanksError("the reference runs on one rank: start it without mpirun");
   Scene scene = load_scene(options.scene, options.overrides);
+  if (ranks && scene.fluid.is_baked())
+    throw RanksError("liquid of a sequence of files runs on one rank: start drench without mpirun");
   if ((ranks || options.backend == "reference") &&
       std::any_of(scene.output.probes.begin(), scene.output.probes.end(),
                   [](const ProbeScene& p) { return p.kind == ProbeScene::Kind::body; }))

@@ -8,11 +8,11 @@
 #include "app/resume.hpp"
 #include "app/set_up.hpp"
 #include "base/eigen_vec.hpp"
+#include "base/version.hpp"
 #include "drench/drench.hpp"
 #include "drench/given_state.hpp"
 #include "drench/prescribed.hpp"
 #include "drench/recorder.hpp"
-#include "base/version.hpp"
 #include "pipeline/pipeline.hpp"
 #include "state/saturation.hpp"
 
@@ -48,6 +48,7 @@ std::vector<Vec3> vectors_of(const FieldView& view) {
 
 MemoryBudget budget_of(const Scene& scene, const Communicator* ranks) {
   if (!ranks) return memory_budget();
+  if (scene.fluid.is_baked()) throw RanksError("liquid of a sequence of files runs on one rank");
   return memory_budget_of_rank(memory_budget(), share_of_rank(scene, ranks->size()));
 }
 

@@ -91,6 +91,7 @@ std::string describe_nodes_inside(const Model& model, const HostState& state) {
 }
 
 std::string describe_lost(const Model& model, const HostState& state, double step) {
+  if (model.has_baked_liquid()) return "";  // it goes through bodies
   const std::vector<Index> inside = inside_solids(model, state, step);
   if (inside.empty()) return "";
   std::vector<std::int64_t> ids;

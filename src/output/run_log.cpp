@@ -98,7 +98,7 @@ std::string RunTotals::errors(const Model& model) const {
   if (steps_ == 0) return "";
   const auto steps = static_cast<double>(steps_);
   std::string text;
-  if (model.has_fluid())
+  if (model.has_moving_liquid())
     text +=
         fmt::format("density {:.2g} % on average, {:.2g} % in the worst step{}", 100 * density_.sum / steps,
                     100 * density_.most, model.scene.time.mode == TimeMode::error ? "" : " (as the solve predicts)");

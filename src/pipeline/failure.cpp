@@ -92,7 +92,7 @@ Limits::Limits(const Model& m, double liquid)
   for (const Body& body : m.bodies) mass += body.mass;
   for (const Jet& jet : m.jets)
     supply += m.rest_density * jet.area * (jet.mouth ? jet.speed.largest() : jet.scene.velocity.largest());
-  if (m.has_reservoirs()) mass = std::numeric_limits<double>::infinity();
+  if (m.has_reservoirs() || m.has_baked_liquid()) mass = std::numeric_limits<double>::infinity();
 }
 
 double Limits::fluid_speed(double time) const {

@@ -50,6 +50,8 @@ struct Limits {
   Limits() = default;
   /// `liquid`, kg: all of it, in particles and in the cloth.
   Limits(const Model& model, double liquid);
+  /// Something prescribed moves at this speed, m/s.
+  void expect(double speed) { scale = speed > scale ? speed : scale; }
   double fluid_speed(double time) const;    ///< m/s
   double cloth_speed(double time) const;    ///< m/s
   double cloth_stretch(double time) const;  ///< 1: an edge's length over that at rest

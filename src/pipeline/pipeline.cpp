@@ -83,13 +83,28 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
       in_cloth_(sum_of(initial.node_liquid)),
       uptake_rate_(initial.uptake_rate),
       capacity_(std::accumulate(model.samples.node_capacity.begin(), model.samples.node_capacity.end(), 0.0)) {
+  if (model.has_baked_liquid()) {
+    baked_.emplace(model);
+    fastest_file_ = BakedLiquid::fastest(initial);
+    limits_.expect(fastest_file_);
+  }
   backend_.upload(initial);
+}
+
+void Pipeline::take_file() {
+  HostState state = backend_.download();
+  mark(state);
+  baked_->replace(state, time_);
+  fastest_file_ = std::max(fastest_file_, BakedLiquid::fastest(state));
+  limits_.expect(fastest_file_);
+  backend_.upload(state);
 }
 
 void Pipeline::model_changed() {
   looked_ = false;
   stages_ = stages_for(model_);
   limits_ = Limits(model_, static_cast<double>(initial_total_) * model_.quantum);
+  limits_.expect(fastest_file_);
   backend_.model_changed();
 }
 
@@ -122,10 +137,11 @@ StepReport Pipeline::step(double time_left) {
   using Clock = std::chrono::steady_clock;
   const auto step_begin = Clock::now();
   milliseconds_.fill(0);
-  const bool by_error = model_.scene.time.mode == TimeMode::error && model_.has_fluid();
+  const bool by_error = model_.scene.time.mode == TimeMode::error && model_.has_moving_liquid();
   const StoppableStep stoppable((by_error && stoppable_) || keep_for_stop());
   StepReport report;
   try {
+    if (baked_) time_left = std::min(time_left, baked_->time_left(time_));
     report = by_error ? step_by_error(time_left) : attempt(time_left, std::numeric_limits<double>::infinity());
   } catch (const StepStopped&) {
     take_back();
@@ -140,6 +156,7 @@ StepReport Pipeline::step(double time_left) {
   ++step_;
   report.step = step_;
   report.time = time_;
+  if (baked_ && baked_->begins(time_)) take_file();
   step_milliseconds_ = std::chrono::duration<double, std::milli>(Clock::now() - step_begin).count();
   return report;
 }

@@ -8,6 +8,7 @@
 
 #include "pipeline/backend.hpp"
 #include "pipeline/failure.hpp"
+#include "setup/baked_liquid.hpp"
 
 namespace drench {
 
@@ -50,6 +51,8 @@ class Pipeline {
   /// time.mode error: the longest step that leaves little enough, and how long the next one may be.
   StepReport step_by_error(double time_left);
   void run(Stage stage, const StepInfo& info, StepReport& report);
+  /// At the end of a step: the particles of the file whose time it is.
+  void take_file();
   /// Can the step that begins be given up? Keeps the state for that.
   bool keep_for_stop();
   void take_back();
@@ -66,6 +69,8 @@ class Pipeline {
   std::int64_t step_ = 0;
   Quanta initial_total_ = 0, initial_solute_ = 0;
   Limits limits_;
+  std::optional<BakedLiquid> baked_;
+  double fastest_file_ = 0;                          // m/s, of all files so far
   std::int64_t collapsing_ = 0;                      // steps in a row
   double divergence_start_ = 0, density_start_ = 0;  // of the last step's report
   double next_step_ = 0;                             // s; 0: nothing is known

@@ -12,14 +12,14 @@
   STAGE(prescribed_motion, m.has_keyed_body())                                                \
   STAGE(neighbors,         m.has_fluid())                                                     \
   STAGE(density,           m.has_fluid())                                                     \
-  STAGE(divergence,        m.has_fluid())                                                     \
-  STAGE(forces,            m.has_fluid())                                                     \
+  STAGE(divergence,        m.has_moving_liquid())                                             \
+  STAGE(forces,            m.has_moving_liquid())                                             \
   STAGE(micropolar,        m.has_micropolar())                                                \
   STAGE(surface_tension,   m.has_surface_forces())                                            \
   STAGE(wet_adhesion,      m.has_wet_adhesion())                                              \
-  STAGE(wind,              m.scene.wind.blows(m.has_moving_cloth(), m.has_fluid()))           \
+  STAGE(wind,              m.scene.wind.blows(m.has_moving_cloth(), m.has_moving_liquid()))   \
   STAGE(cloth,             m.has_moving_cloth())                                              \
-  STAGE(pressure,          m.has_fluid())                                                     \
+  STAGE(pressure,          m.has_moving_liquid())                                             \
   STAGE(self_collision,    m.has_self_collision())                                            \
   STAGE(evaporation,       m.has_evaporation())                                               \
   STAGE(advection,         m.has_fluid() || m.has_moving_cloth())                             \

@@ -61,7 +61,7 @@ void describe(Section& s, SpinScene& spin);
 /// Keys `unit` and `up` of a mesh file; saved where there is one.
 void describe_coordinates(Section& s, LengthUnit& unit, UpAxis& up, bool saved);
 /// Keys `sequence` and `fps`; saved where there is one.
-void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning);
+void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning, bool meshes = true);
 
 // describe_fluid.cpp
 void describe(Section& s, FluidScene& fluid);

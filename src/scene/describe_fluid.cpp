@@ -69,20 +69,43 @@ void describe_placed(Section& s, PlacedFile& placed) {
   s.section("rotate", placed, describe_rotate, "rotation about the origin of the file");
 }
 
-void describe_mesh(Section& s, BlockScene& block) {
-  s.required().mesh_file("file", block.placed.file,
-                         "closed mesh (.obj, .ply, .stl); a relative path starts at the scene's folder");
+/// Either the file of a source, or the files of liquid that another program has moved.
+void describe_files(Section& s, BlockScene& block, bool mesh, const char* file, const char* sequence) {
+  std::string& name = block.placed.file;
+  s.saved_if(block.sequence.files.empty());
+  if (mesh)
+    s.mesh_file("file", name, file);
+  else
+    s.other_file("file", name, file);
+  describe_sequence(s, block.sequence, sequence, mesh);
+  if (!block.sequence.files.empty()) name = block.sequence.files.front();
+  s.check(s.has("file") != s.has("sequence"), s.has("file") ? "sequence" : "file",
+          s.has("file") ? "cannot be combined with file; allowed: one of the two"
+                        : "file and sequence are both missing; allowed: exactly one of the two");
+}
+
+/// What a source of files has besides.
+void describe_in_place(Section& s, BlockScene& block) {
   describe_placed(s, block.placed);
   describe_content(s, block);
+  s.check(block.sequence.files.empty() || block.concentration == 0, "concentration",
+          "cannot be combined with sequence; allowed: 0");
+}
+
+void describe_mesh(Section& s, BlockScene& block) {
+  describe_files(s, block, true, "closed mesh (.obj, .ply, .stl); a relative path starts at the scene's folder",
+                 "surfaces of liquid that another program has moved, one closed mesh per frame; the liquid wets cloth, "
+                 "but the cloth does not stop it");
+  describe_in_place(s, block);
 }
 
 void describe_particles(Section& s, BlockScene& block) {
-  s.required().other_file(
-      "file", block.placed.file,
-      "particles (.ply, .vtu, .vtp, .bgeo, .npz) with their positions; `velocity` (vx, vy, vz in .ply, v in .bgeo) and "
-      "`mass` are read too");
-  describe_placed(s, block.placed);
-  describe_content(s, block);
+  describe_files(s, block, false,
+                 "particles (.ply, .vtu, .vtp, .bgeo, .npz) with their positions; `velocity` (vx, vy, vz in .ply, v in "
+                 ".bgeo) and `mass` are read too",
+                 "particles that another program has moved: files as in `file`, one per frame, each particle with an "
+                 "`id` that it keeps; the liquid wets cloth, but the cloth does not stop it");
+  describe_in_place(s, block);
 }
 
 /// A vector without a default: absent, it stays empty. The reference of keys shows `shown`.
@@ -187,7 +210,8 @@ void describe(Section& s, SourceScene& source) {
                "closed mesh that is filled with liquid at the start; the mass is density times its volume");
   shape(Shape::particles)
       .section("particles", block, describe_particles,
-               "particles of a file, for example a frame of another run; their distance has to be `spacing`");
+               "particles of a file, for example a frame of another run, or of a sequence of files; their distance has "
+               "to be `spacing`");
   s.one_of().section("jet", source.jet, "emitter: a round or rectangular nozzle");
   s.one_of().section("mesh_jet", source.mesh_jet, "emitter: the faces of a mesh file");
   s.one_of().section("rain", source.rain, "emitter: drops that fall from a horizontal rectangle");
@@ -302,6 +326,11 @@ void describe(Section& s, FluidScene& fluid) {
     else
       fluid.blocks.push_back(source.block);
   }
+  for (std::size_t k = 0; k < sources.size(); ++k)
+    s.check(sources.size() == 1 || sources[k].block.sequence.files.empty(), fmt::format("sources.{}", k),
+            "has a sequence or stands beside one; allowed: a sequence as the only source");
+  s.check(!fluid.is_baked() || !fluid.micropolar.present, "micropolar",
+          "does not act on liquid of a sequence of files; allowed: other sources");
   s.list("drains", fluid.drains, "regions that remove the liquid that enters them; its mass is recorded as drained");
 }
 

@@ -39,6 +39,16 @@ void describe_neighbors(Section& s, Scene& scene) {
   s.boolean("through_cloth", scene.through_cloth, "liquid interacts with liquid on the other side of a cloth");
 }
 
+/// What liquid that follows files does not do.
+void check_baked(Section& s, const Scene& scene) {
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    s.check(!scene.bodies[b].dynamic, fmt::format("bodies.{}", b),
+            "is dynamic, which is not available with liquid of a sequence of files; allowed: bodies that are fixed, "
+            "move as prescribed or are commanded");
+  s.check(!scene.output.fitted_pressure, "output.fitted_pressure",
+          "is not available with liquid of a sequence of files, which has no pressure; allowed: false");
+}
+
 /// Relations between sections.
 void check_sections(Section& s, const Scene& scene) {
   s.check(scene.fluid.present || !scene.cloths.empty(), "fluid",
@@ -47,6 +57,7 @@ void check_sections(Section& s, const Scene& scene) {
           "acts on liquid, and the scene has none; allowed: only with the key fluid");
   s.check(scene.fluid.present || !scene.output.surface, "output.surface",
           "requires liquid, and the scene has none; allowed: true only with the key fluid");
+  if (scene.fluid.is_baked()) check_baked(s, scene);
   s.check(scene.fluid.present || !scene.output.fitted_pressure, "output.fitted_pressure",
           "requires liquid, and the scene has none; allowed: true only with the key fluid");
   s.check(!scene.air.present || scene.fluid.present || has_porous(scene), "air",
@@ -334,9 +345,12 @@ void describe_coordinates(Section& s, LengthUnit& unit, UpAxis& up, bool saved) 
                            "upward axis of the file; the mesh is rotated so that it becomes y");
 }
 
-void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning) {
+void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning, bool meshes) {
   const bool saved = !sequence.files.empty();
-  s.saved_if(saved).mesh_files("sequence", sequence.files, meaning);
+  if (meshes)
+    s.saved_if(saved).mesh_files("sequence", sequence.files, meaning);
+  else
+    s.saved_if(saved).other_files("sequence", sequence.files, meaning);
   s.saved_if(saved).number("fps", sequence.fps, "[0.001, 1e5]", "1/s",
                            "files of the `sequence` per second; the first is at 0 s");
   s.check(s.has("sequence") || !s.has("fps"), "fps",

@@ -64,7 +64,8 @@ struct BlockScene {
   Shape shape = Shape::box;  // which decides the members that count
   Vec3 center{0, 0, 0};      // m; of a sphere
   double radius = 0.1;       // m; of a sphere
-  PlacedFile placed{};       // of a closed mesh, or of particles
+  PlacedFile placed{};       // of a closed mesh, or of particles; of a sequence, the first file
+  SequenceScene sequence{};  // of particles that another program moves
 
   bool operator==(const BlockScene&) const = default;
 };
@@ -159,6 +160,8 @@ struct FluidScene {
   std::vector<MeshJetScene> mesh_jets;                      // sources that flow from the faces of a mesh
   std::vector<DrainScene> drains;                           // what removes liquid
 
+  /// Do files prescribe the motion of the liquid?
+  bool is_baked() const { return !blocks.empty() && !blocks.front().sequence.files.empty(); }
   bool operator==(const FluidScene&) const = default;
 };
 

@@ -77,6 +77,8 @@ class Section {
   /// Mesh files that exist, in their order: a list of names, a name with {} or {:04d} for 0, 1, … or 1, 2, …, or one
   /// with a *.
   virtual void mesh_files(const char* key, std::vector<std::string>& values, const char* meaning) = 0;
+  /// The same of other files.
+  virtual void other_files(const char* key, std::vector<std::string>& values, const char* meaning) = 0;
 
   template <class T>
   void choice(const char* key, T& value, std::initializer_list<Word<std::type_identity_t<T>>> words,

@@ -75,6 +75,9 @@ class DocumentSection : public Section {
   void mesh_files(const char* key, std::vector<std::string>&, const char* meaning) override {
     note(key, "files", mesh_files_allowed, "", "", meaning);
   }
+  void other_files(const char* key, std::vector<std::string>&, const char* meaning) override {
+    note(key, "files", other_files_allowed, "", "", meaning);
+  }
 
   void not_here(const char* key, const char*) override { schema_.elsewhere.emplace_back(key); }
 

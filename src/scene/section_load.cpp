@@ -71,7 +71,12 @@ class LoadSection : public Section {
   void texts(const char* key, std::span<std::string> values, const char*) override;
   void other_file(const char* key, std::string& value, const char*) override;
   void mesh_file(const char* key, std::string& value, const char*) override;
-  void mesh_files(const char* key, std::vector<std::string>& values, const char*) override;
+  void mesh_files(const char* key, std::vector<std::string>& values, const char*) override {
+    files(key, values, mesh_files_allowed, true);
+  }
+  void other_files(const char* key, std::vector<std::string>& values, const char*) override {
+    files(key, values, other_files_allowed, false);
+  }
 
   bool has(const char* key) const override { return map_.find(key) != nullptr; }
   void check(bool good, const std::string& key, const std::string& message) override {
@@ -112,6 +117,7 @@ class LoadSection : public Section {
   double read_number(const Value& value, const std::string& key, const char* range, const char* unit) const;
   int read_integer(const Value& value, const std::string& key, const char* range, const char* unit) const;
   std::string read_text(const Value& value, const std::string& key) const;
+  void files(const char* key, std::vector<std::string>& values, const char* allowed, bool mesh);
   std::string read_file_name(const Value& value, const std::string& key, bool mesh) const;
   Vec3 read_vector(const Value& value, const std::string& key, const char* range, const char* unit) const;
   template <class T, class Read>
@@ -324,25 +330,25 @@ void LoadSection::other_file(const char* key, std::string& value, const char*) {
   if (const Value* found = take(key, "the name of a file")) value = read_file_name(*found, key, false);
 }
 
-void LoadSection::mesh_files(const char* key, std::vector<std::string>& values, const char*) {
-  const Value* found = take(key, mesh_files_allowed);
+void LoadSection::files(const char* key, std::vector<std::string>& values, const char* allowed, bool mesh) {
+  const Value* found = take(key, allowed);
   if (!found) return;
   values.clear();
   if (found->kind == Value::Kind::list) {
     check_list(key, *found);
     for (std::size_t i = 0; i < found->items.size(); ++i)
-      values.push_back(read_file_name(found->items[i], fmt::format("{}.{}", key, i), true));
+      values.push_back(read_file_name(found->items[i], fmt::format("{}.{}", key, i), mesh));
     return;
   }
   if (found->kind != Value::Kind::scalar || found->text.find('\0') != std::string::npos)
-    fail(*found, key, fmt::format("is {}; allowed: {}", found->shown(), mesh_files_allowed));
+    fail(*found, key, fmt::format("is {}; allowed: {}", found->shown(), allowed));
   Value name = *found;
   for (const std::string& file : sequence_names(found->text, folder_)) {
     name.text = file;
-    values.push_back(read_file_name(name, key, true));
+    values.push_back(read_file_name(name, key, mesh));
   }
   if (values.empty())
-    fail(*found, key, fmt::format("{} matches no existing file; allowed: {}", found->shown(), mesh_files_allowed));
+    fail(*found, key, fmt::format("{} matches no existing file; allowed: {}", found->shown(), allowed));
 }
 
 std::string LoadSection::read_file_name(const Value& value, const std::string& key, bool mesh) const {

@@ -36,7 +36,6 @@ class BgeoCursor {
     for (std::size_t k = at_ - bytes; k < at_; ++k) value = value << 8 | static_cast<unsigned char>(bytes_[k]);
     return value;
   }
-  double real() { return double(std::bit_cast<float>(number())); }
 
  private:
   const std::string& path_;
@@ -47,7 +46,7 @@ class BgeoCursor {
 /// Where in a point's numbers the fields that drench reads begin.
 struct BgeoLayout {
   std::size_t numbers = place_numbers;
-  std::optional<std::size_t> velocity, mass;
+  std::optional<std::size_t> velocity, mass, id;
 };
 
 void read_attribute(BgeoCursor& in, const std::string& path, BgeoLayout& layout) {
@@ -65,6 +64,7 @@ void read_attribute(BgeoCursor& in, const std::string& path, BgeoLayout& layout)
   }
   if (real && size == 3 && (name == "v" || name == "velocity")) layout.velocity = layout.numbers;
   if (real && size == 1 && name == "mass") layout.mass = layout.numbers;
+  if (type == 1 && size == 1 && name == "id") layout.id = layout.numbers;
   layout.numbers += size;
 }
 
@@ -90,15 +90,19 @@ ParticleFile read_bgeo_file(const std::string& path) {
   for (std::size_t i = 0; i < points; ++i) {
     std::array<double, 3> place{}, velocity{};
     double mass = 0;
+    std::int32_t id = 0;
     for (std::size_t k = 0; k < layout.numbers; ++k) {
-      const double value = in.real();
+      const std::uint32_t bits = in.number();
+      const double value = double(std::bit_cast<float>(bits));
       if (k < 3) place[k] = value;
       if (layout.velocity && k >= *layout.velocity && k < *layout.velocity + 3) velocity[k - *layout.velocity] = value;
       if (k == layout.mass) mass = value;
+      if (k == layout.id) id = std::bit_cast<std::int32_t>(bits);
     }
     file.position.push_back(place);
     if (layout.velocity) file.velocity.push_back(velocity);
     if (layout.mass) file.mass.push_back(mass);
+    if (layout.id) file.id.push_back(id);
   }
   return file;
 }

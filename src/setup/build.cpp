@@ -10,6 +10,7 @@
 #include "base/eigen_vec.hpp"
 #include "base/free_cores.hpp"
 #include "setup/air.hpp"
+#include "setup/baked_liquid.hpp"
 #include "setup/body_geometry.hpp"
 #include "setup/body_sampling.hpp"
 #include "setup/cloth_boundary.hpp"
@@ -245,7 +246,7 @@ void init_nodes(const Model& m, HostState& s) {
 void warn_of_dense_lattice(Setup& setup) {
   const FluidScene& fluid = setup.model.scene.fluid;
   const double density = lattice_density(fluid.kernel, fluid.support);
-  if (fluid.blocks.empty() || density <= 1.02) return;
+  if (fluid.blocks.empty() || fluid.is_baked() || density <= 1.02) return;
   double enough = fluid.support;
   while (lattice_density(fluid.kernel, enough) > 1.02) enough += 0.1;
   setup.warnings.push_back(
@@ -267,6 +268,12 @@ void warn_of_capillary_step(Setup& setup) {
 
 void init_fluid(Setup& setup, std::vector<SourceFile> files) {
   HostState& s = setup.state;
+  s.jet_particles.assign(setup.model.jets.size(), 0);
+  if (setup.model.has_baked_liquid()) {
+    BakedLiquid(setup.model).start(s);
+    setup.model.fastest_before = BakedLiquid::fastest(s);
+    return;
+  }
   BlockParticles particles =
       blaming("fluid.sources", [&] { return fill_blocks(setup.model, std::move(files), setup.warnings); });
   const std::size_t count = particles.position.size();
@@ -278,7 +285,6 @@ void init_fluid(Setup& setup, std::vector<SourceFile> files) {
   s.fluid_mass = std::move(particles.mass);
   std::iota(s.fluid_id.begin(), s.fluid_id.end(), std::int64_t{0});
   s.next_id = static_cast<std::int64_t>(count);
-  s.jet_particles.assign(setup.model.jets.size(), 0);
   dissolve_in_blocks(setup.model, particles.block, s);
 }
 

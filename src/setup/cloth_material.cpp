@@ -57,6 +57,7 @@ void set_permeation(Model& model) {
 }
 
 void set_films(Model& model) {
+  if (model.has_baked_liquid()) return;  // nothing would run down or drip
   const FluidScene& fluid = model.scene.fluid;
   const double g = std::hypot(model.scene.gravity[0], model.scene.gravity[1], model.scene.gravity[2]);
   for (auto* list : {&model.cloths, &model.patches})

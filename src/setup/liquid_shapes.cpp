@@ -14,6 +14,7 @@
 #include "setup/body_geometry.hpp"
 #include "setup/distance_field.hpp"
 #include "setup/file_place.hpp"
+#include "setup/mesh_files.hpp"
 #include "setup/mesh_guess.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/relax_points.hpp"
@@ -188,19 +189,37 @@ std::vector<StartParticle> placed(const Model& model, BlockScene& block, Particl
 
 }  // namespace
 
+namespace {
+
+bool has_no_faces(const std::string& path) {
+  if (path.ends_with(".obj")) return read_obj_file(path).face_end.empty();
+  if (path.ends_with(".ply")) return read_ply_file(path).face_end.empty();
+  return false;
+}
+
+}  // namespace
+
 std::string block_label(std::size_t block) { return fmt::format("fluid: block {}", block + 1); }
 
+SourceFile read_source_file(const std::string& scene_path, const BlockScene& block, std::size_t number,
+                            std::vector<std::string>& warnings) {
+  SourceFile file;
+  const bool of_sequence = !block.sequence.files.empty();
+  if (block.shape == Shape::mesh && !(of_sequence && has_no_faces(block.placed.file)))
+    file.mesh = closed_mesh(scene_path, block.placed, block_label(number), warnings);
+  if (block.shape == Shape::particles) file.particles = read_particle_file(block.placed.file, of_sequence);
+  return file;
+}
+
 std::vector<SourceFile> read_source_files(const Scene& scene, std::vector<std::string>& warnings) {
-  std::vector<SourceFile> files(scene.fluid.blocks.size());
-  for (std::size_t b = 0; b < files.size(); ++b) {
-    const BlockScene& block = scene.fluid.blocks[b];
-    if (block.shape == Shape::mesh) files[b].mesh = closed_mesh(scene.path, block.placed, block_label(b), warnings);
-    if (block.shape == Shape::particles) files[b].particles = read_particle_file(block.placed.file);
-  }
+  std::vector<SourceFile> files;
+  for (std::size_t b = 0; b < scene.fluid.blocks.size(); ++b)
+    files.push_back(read_source_file(scene.path, scene.fluid.blocks[b], b, warnings));
   return files;
 }
 
 double expected_particles(const BlockScene& block, const SourceFile& file, double spacing) {
+  if (block.shape == Shape::mesh && file.mesh.mesh_triangles.empty()) return 0;
   if (block.shape == Shape::box) return BlockLattice(block.box, spacing).count();
   if (block.shape == Shape::particles) return static_cast<double>(file.particles.position.size());
   return std::ceil(1.05 * volume_of(block, file) / std::pow(spacing, 3));

@@ -24,8 +24,12 @@ struct SourceFile {
 /// "fluid: block 1", for messages.
 std::string block_label(std::size_t block);
 
-/// Reads the files of all blocks, an entry each; lines about holes are added to `warnings`. SetupError: a file that
-/// cannot be read, a mesh that encloses no volume.
+/// Reads the file of block `number` (from 0); lines about holes are added to `warnings`. SetupError: a file that cannot
+/// be read, a mesh that encloses no volume. Files of a sequence may hold nothing.
+SourceFile read_source_file(const std::string& scene_path, const BlockScene& block, std::size_t number,
+                            std::vector<std::string>& warnings);
+
+/// The same of all blocks, an entry each.
 std::vector<SourceFile> read_source_files(const Scene& scene, std::vector<std::string>& warnings);
 
 /// Number of particles of a source, before overlaps and solids take some away: of a sphere and a mesh from the volume.

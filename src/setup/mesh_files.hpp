@@ -23,6 +23,7 @@ struct PolygonFile {
   std::vector<std::int32_t> face_line;          // of each face, from 1; empty where a format has no lines
   std::vector<Vec3> velocity;                   // of points, in that unit per s; only of particles that have it
   std::vector<double> mass;                     // kg; likewise
+  std::vector<std::int64_t> id;                 // likewise
   std::map<std::string, std::vector<double>> attributes;  // of points: those asked for that the file has, 0 to 1
   bool facets = false;  // each face has points of its own (.stl): copies of a point are one
 };
@@ -35,8 +36,8 @@ PolygonFile read_obj_file(const std::string& path, bool names = false);
 
 /// Reads the elements `vertex` and `face` of a PLY file, ascii or binary, and steps over the others. SetupError, with
 /// the line or the element: a header that is none, fewer or other numbers than it says, faces of points that are not
-/// there. With `particles`, what the points have as vx, vy, vz and as mass is read too, and `attributes` by their
-/// names. Whole numbers of these are over the largest of their type, as colours are.
+/// there. With `particles`, what the points have as vx, vy, vz, as mass and as id is read too, and `attributes` by
+/// their names. Whole numbers of these are over the largest of their type, as colours are.
 PolygonFile read_ply_file(const std::string& path, bool particles = false,
                           const std::set<std::string>& attributes = {});
 

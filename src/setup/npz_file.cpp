@@ -40,6 +40,18 @@ class NpzReader {
  public:
   explicit NpzReader(const std::string& path) : path_(path), bytes_(unzipped_file(path)) { list_members(); }
 
+  /// Whole numbers, one a row; none if there is no such array of whole numbers.
+  std::vector<std::int64_t> ids(const std::string& name) const {
+    const auto member = members_.find(name + ".npy");
+    if (member == members_.end()) return {};
+    const std::string bytes = content(member->second), type = value_of(bytes.substr(0, 1000), "descr");
+    if (type != "'<i8'" && type != "'<u8'" && type != "'<i4'" && type != "'<u4'") return {};
+    const NpyArray found = parsed(name, bytes, true);
+    if (found.columns != 1) return {};
+    std::vector<std::int64_t> numbers;
+    for (const double value : found.values) numbers.push_back(id_of(value));
+    return numbers;
+  }
   /// An array of so many columns; without rows if there is none of that name.
   NpyArray array(const std::string& name, std::size_t columns) const {
     const auto member = members_.find(name + ".npy");
@@ -101,7 +113,8 @@ class NpzReader {
     const std::size_t end = header[begin] == '(' ? header.find(')', begin) : header.find_first_of(",}", begin);
     return end == std::string::npos ? std::string() : header.substr(begin, end - begin);
   }
-  NpyArray parsed(const std::string& name, const std::string& bytes) const {
+  /// Of real numbers, or of `whole` ones.
+  NpyArray parsed(const std::string& name, const std::string& bytes, bool whole = false) const {
     const auto wrong = [&](const std::string& why) { refuse(fmt::format("its array '{}' {}", name, why)); };
     if (!bytes.starts_with("\x93NUMPY") || bytes.size() < 12) wrong("is not an array of NumPy");
     const std::size_t length_bytes = bytes[6] == 1 ? 2 : 4;
@@ -109,8 +122,14 @@ class NpzReader {
     const std::size_t begin = 8 + length_bytes + header_length;
     if (begin > bytes.size()) wrong("ends within its header");
     const std::string header = bytes.substr(8 + length_bytes, header_length), type = value_of(header, "descr");
-    const std::size_t width = type == "'<f8'" ? 8 : 4;
-    if (width == 4 && type != "'<f4'") wrong(fmt::format("has the type {}; allowed: float32, float64", type));
+    if (!whole && type != "'<f4'" && type != "'<f8'")
+      wrong(fmt::format("has the type {}; allowed: float32, float64", type));
+    const std::size_t width = type[3] == '8' ? 8 : 4;
+    const auto number = [&](const char* from) {
+      if (type == "'<u4'") return number_at<std::uint32_t>(from);
+      if (whole) return width == 8 ? number_at<std::int64_t>(from) : number_at<std::int32_t>(from);
+      return width == 8 ? number_at<double>(from) : number_at<float>(from);
+    };
     NpyArray array;
     const std::string shape = value_of(header, "shape");
     unsigned long long rows = 0, columns = 1;
@@ -126,7 +145,7 @@ class NpzReader {
       for (std::size_t c = 0; c < array.columns; ++c) {
         const char* const from =
             bytes.data() + begin + width * (by_columns ? c * array.rows + i : i * array.columns + c);
-        array.values.push_back(width == 8 ? number_at<double>(from) : number_at<float>(from));
+        array.values.push_back(number(from));
       }
     return array;
   }
@@ -153,7 +172,10 @@ ParticleFile read_npz_file(const std::string& path) {
     if (other.rows != 0 && other.rows != position.rows)
       archive.refuse(
           fmt::format("its arrays have {} positions, but {} velocities or masses", position.rows, other.rows));
-  return {rows_of(position), rows_of(velocity), mass.values};
+  ParticleFile file{rows_of(position), rows_of(velocity), mass.values};
+  file.id = archive.ids("id");
+  if (file.id.size() != position.rows) file.id.clear();
+  return file;
 }
 
 }  // namespace drench

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "setup/mesh_files.hpp"
+#include "setup/particle_files.hpp"
 
 namespace drench {
 namespace {
@@ -248,12 +249,13 @@ class PlyReader {
     const std::array<std::size_t, 2> uv{place(element, {"u", "s", "texture_u"}),
                                         place(element, {"v", "t", "texture_v"})};
     const std::array<std::size_t, 3> v{place(element, {"vx"}), place(element, {"vy"}), place(element, {"vz"})};
-    const std::size_t mass = place(element, {"mass"});
+    const std::size_t mass = place(element, {"mass"}), id = place(element, {"id"});
     const auto there = [&](std::size_t p) { return p < element.properties.size() && !element.properties[p].list; };
     if (!std::all_of(at.begin(), at.end(), there)) refuse("its element 'vertex' has no numbers x, y and z");
     mesh_.points.resize(static_cast<std::size_t>(element.count));
     if (particles_ && std::all_of(v.begin(), v.end(), there)) mesh_.velocity.resize(mesh_.points.size());
     if (particles_ && there(mass)) mesh_.mass.resize(mesh_.points.size());
+    if (particles_ && there(id)) mesh_.id.resize(mesh_.points.size());
     if (std::all_of(uv.begin(), uv.end(), there)) mesh_.texture.resize(mesh_.points.size());
     std::map<std::size_t, std::vector<double>*> attribute;  // by property
     for (std::size_t p = 0; p < element.properties.size(); ++p)
@@ -267,6 +269,7 @@ class PlyReader {
       for (std::size_t a = 0; a < 3 && !mesh_.velocity.empty(); ++a)
         if (p == v[a]) mesh_.velocity[static_cast<std::size_t>(k)][a] = values[0];
       if (p == mass && !mesh_.mass.empty()) mesh_.mass[static_cast<std::size_t>(k)] = values[0];
+      if (p == id && !mesh_.id.empty()) mesh_.id[static_cast<std::size_t>(k)] = id_of(values[0]);
       for (std::size_t a = 0; a < 2 && !mesh_.texture.empty(); ++a)
         if (p == uv[a]) mesh_.texture[static_cast<std::size_t>(k)][a] = values[0];
     });

@@ -23,7 +23,7 @@ namespace {
 
 ParticleFile read_ply(const std::string& path) {
   PolygonFile file = read_ply_file(path, /*particles=*/true);
-  return {std::move(file.points), std::move(file.velocity), std::move(file.mass)};
+  return {std::move(file.points), std::move(file.velocity), std::move(file.mass), std::move(file.id)};
 }
 
 Vec3 row(vtkDataArray* values, vtkIdType i) {
@@ -49,10 +49,13 @@ ParticleFile read_vtk(const std::string& path) {
   if (velocity && velocity->GetNumberOfComponents() != 3)
     unreadable_particles(path, "its velocities do not have three components");
   if (mass && mass->GetNumberOfComponents() != 1) unreadable_particles(path, "its masses are not one number each");
+  vtkDataArray* id = data->GetArray("id");
+  if (id && id->GetNumberOfComponents() != 1) id = nullptr;
   for (vtkIdType i = 0; i < count; ++i) {
     file.position.push_back(row(set->GetPoints()->GetData(), i));
     if (velocity) file.velocity.push_back(row(velocity, i));
     if (mass) file.mass.push_back(mass->GetComponent(i, 0));
+    if (id) file.id.push_back(id_of(id->GetComponent(i, 0)));
   }
   return file;
 }
@@ -63,7 +66,7 @@ void unreadable_particles(const std::string& path, const std::string& why) {
   throw SetupError(fmt::format("particle file '{}': {}", path, why));
 }
 
-ParticleFile read_particle_file(const std::string& path) {
+ParticleFile read_particle_file(const std::string& path, bool may_be_empty) {
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   if (ending == ".gz") ending = std::filesystem::path(path).stem().extension().string();
@@ -81,7 +84,7 @@ ParticleFile read_particle_file(const std::string& path) {
   else
     unreadable_particles(
         path, fmt::format("the ending '{}' is not supported; allowed: .ply, .vtu, .vtp, .bgeo, .npz", ending));
-  if (file.position.empty()) unreadable_particles(path, "it contains no particles");
+  if (file.position.empty() && !may_be_empty) unreadable_particles(path, "it contains no particles");
   for (std::size_t i = 0; i < file.position.size(); ++i) {
     const bool fine = to_eigen(file.position[i]).allFinite() &&
                       (file.velocity.empty() || to_eigen(file.velocity[i]).allFinite()) &&

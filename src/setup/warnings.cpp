@@ -26,7 +26,7 @@ constexpr double many_passes = 50;  // of a stage in a step
 
 void warn_of_step(const Model& m, const HostState& state, Lines& lines) {
   const TimeScene& time = m.scene.time;
-  if (m.has_fluid() && time.mode == TimeMode::fixed) {
+  if (m.has_moving_liquid() && time.mode == TimeMode::fixed) {
     const double speed = expected_speeds(m, state).impact, moved = speed * time.step / m.spacing;
     if (moved > 1)
       lines.push_back(fmt::format(
@@ -312,7 +312,7 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
           cloth_label(cloth.name), passes, many_passes, m.scene.cloths[c].material.diffusivity * many_passes / passes,
           dt * many_passes / passes, std::sqrt(passes / many_passes)));
   }
-  if (const double passes = m.has_fluid() ? viscous_passes(m, dt) : 0; passes > many_passes)
+  if (const double passes = m.has_moving_liquid() ? viscous_passes(m, dt) : 0; passes > many_passes)
     lines.push_back(
         fmt::format("fluid: viscosity needs about {:.0f} passes per step; a smaller viscosity, a shorter time.step or "
                     "a larger spacing needs fewer",
@@ -334,7 +334,7 @@ std::vector<std::string> plan_warnings(const Model& model, const HostState& stat
   Lines lines;
   if (model.has_fluid()) {
     warn_of_domain(model, state, real_bytes, lines);
-    warn_of_coarse_bodies(model, lines);
+    if (model.has_moving_liquid()) warn_of_coarse_bodies(model, lines);
     warn_of_cloth_meshes(model, lines);
     warn_of_jets(model, state, lines);
   }

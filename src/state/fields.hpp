@@ -9,7 +9,7 @@
   FIELD(fluid,    position,         Vec3,         "m",      true)                                                     \
   FIELD(fluid,    velocity,         Vec3,         "m/s",    true)                                                     \
   FIELD(fluid,    mass,             Quanta,       "quanta", true)                                                     \
-  FIELD(fluid,    id,               std::int64_t, "1",      true)        /* persistent, never reused */               \
+  FIELD(fluid,    id,               std::int64_t, "1",      true)        /* persistent; not reused, except by files */\
   FIELD(fluid,    age,              double,       "s",      true)        /* since creation */                         \
   FIELD(fluid,    origin,           std::uint8_t, "1",      true)        /* Origin */                                 \
   FIELD(fluid,    density_ratio,    double,       "1",      true)        /* δ */                                      \

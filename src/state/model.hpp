@@ -247,6 +247,10 @@ struct Model {
   /// (docs/theory/walls_and_sheets.md).
   double row_share() const { return 0.5 * relaxation; }
   bool has_fluid() const { return scene.fluid.present; }
+  /// Do files prescribe the motion of the liquid, which then only wets cloth (setup/baked_liquid.hpp)?
+  bool has_baked_liquid() const { return has_fluid() && scene.fluid.is_baked(); }
+  /// Is the motion of the liquid computed?
+  bool has_moving_liquid() const { return has_fluid() && !scene.fluid.is_baked(); }
   bool has_cloth() const { return !cloths.empty(); }
   /// Is there a cloth, or a region of one, that it is true of?
   template <class Predicate>
@@ -324,11 +328,11 @@ struct Model {
     return numbers;
   }
   bool has_absorption() const { return has_porous() && has_fluid() && scene.processes.absorption; }
-  bool has_emission() const { return has_porous() && has_fluid() && scene.processes.emission; }
+  bool has_emission() const { return has_porous() && has_moving_liquid() && scene.processes.emission; }
   /// Does liquid go into the cloth or out of it?
   bool has_exchange() const { return has_absorption() || has_emission(); }
   /// Does the liquid's surface lose vapour to the air (stages/evaporation.hpp)? Does wet cloth (stages/drying.hpp)?
-  bool has_evaporation() const { return evaporation_flux > 0 && has_fluid(); }
+  bool has_evaporation() const { return evaporation_flux > 0 && has_moving_liquid(); }
   bool has_drying() const { return evaporation_flux > 0 && has_porous(); }
   /// Does something ask for liquid near porous cloth, after advection?
   bool meets_porous() const { return has_exchange() || (has_drying() && has_fluid()); }
@@ -357,7 +361,7 @@ struct Model {
   }
   /// Do walls have the pressure that the liquid's gradient along them makes?
   bool extrapolates_walls() const {
-    return has_fluid() && has_boundary() && scene.fluid.wall_pressure == WallPressure::extrapolated;
+    return has_moving_liquid() && has_boundary() && scene.fluid.wall_pressure == WallPressure::extrapolated;
   }
   bool has_surface() const { return has_fluid() && scene.output.surface; }
   bool has_measures() const { return scene.output.measures; }
@@ -396,10 +400,11 @@ struct Model {
   bool cloth_pushes_bodies() const { return has_measured_body() && has_moving_cloth(); }
   // Slip is a matter of viscosity: without that there is none.
   bool has_slipping_body() const {
-    return has_fluid() && scene.fluid.viscosity > 0 && any_body([](const Body& b) { return b.slip > 0; });
+    return has_moving_liquid() && scene.fluid.viscosity > 0 && any_body([](const Body& b) { return b.slip > 0; });
   }
   bool has_slipping_cloth() const {
-    return has_fluid() && scene.fluid.viscosity > 0 && any_cloth([](const ClothMaterial& c) { return c.slip > 0; });
+    return has_moving_liquid() && scene.fluid.viscosity > 0 &&
+           any_cloth([](const ClothMaterial& c) { return c.slip > 0; });
   }
   bool has_sticky_cloth() const {
     return any_cloth([](const ClothMaterial& c) { return c.adhesion > 0; });
@@ -413,7 +418,7 @@ struct Model {
     double strongest = scene.fluid.surface_tension;  // N/m
     for (const auto& b : bodies) strongest = std::max(strongest, b.adhesion);
     for_materials([&](const ClothMaterial& c) { strongest = std::max(strongest, c.adhesion); });
-    if (!has_fluid() || strongest <= 0) return std::numeric_limits<double>::infinity();
+    if (!has_moving_liquid() || strongest <= 0) return std::numeric_limits<double>::infinity();
     return 0.7 * std::sqrt(scene.fluid.density * spacing * spacing * spacing / (2 * std::numbers::pi * strongest));
   }
   /// 1: mean compression that ends the density solve. Steps of mode error share their tolerance between it and the
@@ -422,7 +427,7 @@ struct Model {
     const double asked = scene.fluid.solver.density_error;
     return scene.time.mode == TimeMode::error ? std::min(asked, 0.5 * scene.time.tolerance) : asked;
   }
-  bool has_surface_forces() const { return has_fluid() && (scene.fluid.surface_tension > 0 || has_adhesion()); }
+  bool has_surface_forces() const { return has_moving_liquid() && (scene.fluid.surface_tension > 0 || has_adhesion()); }
   bool has_micropolar() const { return has_fluid() && scene.fluid.micropolar.present; }
   /// Does the liquid carry a solute (docs/theory/solute.md)?
   bool has_solute() const { return concentration_unit > 0; }
@@ -431,7 +436,7 @@ struct Model {
   bool has_jets() const { return !jets.empty(); }
   bool has_drains() const { return has_fluid() && !scene.fluid.drains.empty(); }
   /// May there be more particles than at the start?
-  bool adds_particles() const { return has_jets() || has_emission(); }
+  bool adds_particles() const { return has_jets() || has_emission() || has_baked_liquid(); }
   bool has_reservoirs() const { return !reservoirs.empty(); }
 };
 

@@ -126,7 +126,7 @@ bodies:
         spin: {axis: [1, 0, 0], degrees_per_second: [[0, 5], [0.5, -5.5], [2, 0]]}, adhesion: 0.04, commanded: false}
   - mesh: {file: mesh.PLY, scale: 1.5, position: [1, 0, 0], velocity: [0, 0, 1], inside: false,
         spin: {axis: [0, 0, 1], degrees_per_second: -90}, adhesion: 0.06, unit: mm, up: x, commanded: false}
-    place: {position: [0.5, 1, 0.25], rotate: {axis: [0, 1, 0], degrees: 45}}
+    place: {scale: [1, 2, 0.5], position: [0.5, 1, 0.25], rotate: {axis: [0, 1, 0], degrees: 45}}
 joints:
   - hinge: {body: ball, to: floor, point: [0, 0.2, 0.25], axis: [1, 0, 0], limits: [-30, 60],
         motor: {degrees_per_second: [[0, 0], [1, 90]], torque: 2}}

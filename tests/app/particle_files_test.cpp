@@ -64,6 +64,7 @@ TEST_F(ParticleFiles, reads_what_partio_writes) {
   EXPECT_EQ(file.position, (std::vector<Vec3>{{0.5, 0.25, -0.5}, {2, 0.25, -2}}));
   EXPECT_EQ(file.velocity, (std::vector<Vec3>{{0.5, 3, -4}, {2, 3, -4}}));
   EXPECT_EQ(file.mass, (std::vector<double>{double(0.001f * 0.5f), double(0.001f * 2)}));
+  EXPECT_EQ(file.id, (std::vector<std::int64_t>{7, 7}));
 }
 
 TEST_F(ParticleFiles, reads_what_numpy_packs) {

@@ -285,8 +285,18 @@ TEST_F(Ranks, PartsAsWideAsACellAndNarrower) {
 }
 
 TEST_F(Ranks, RanksWithoutParticles) {
-  expect_equal(scene(few_scene), {8}, 4);
+  expect_equal(scene(few_scene), {5}, 4);
   EXPECT_EQ(last("particles"), 3);
+}
+
+TEST_F(Ranks, NotWithLiquidOfFiles) {
+  test::write_text(here() / "one.ply",
+                   "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                   "end_header\n0 0 0\n");
+  const Outcome refused =
+      on(2, run_of(scene("drench: 1\nfluid: {sources: [{particles: {sequence: [one.ply]}}]}\n"), {"-o", "o"}));
+  EXPECT_EQ(refused.code, 2) << refused.err;
+  expect_line(refused, "runs on one rank");
 }
 
 TEST_F(Ranks, TwoThreadsARank) {

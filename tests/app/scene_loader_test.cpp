@@ -298,6 +298,7 @@ std::vector<BodyScene> every_body_key() {
   bodies[3].place = {0.5, 1, 0.25};
   bodies[3].rotate_axis = {0, 1, 0};
   bodies[3].rotate_degrees = 45;
+  bodies[3].stretch = {1, 2, 0.5};
   bodies[3].velocity = {0, 0, 1};
   bodies[3].spin = {{0, 0, 1}, -90};
   bodies[0].slip = std::numeric_limits<double>::infinity();

@@ -55,7 +55,7 @@ void allocate_work(const Constants& constants, Fluid& fluid, const Cloth& cloth,
   make_room(work.end, "drench::advection::end", capacity);
   if (constants.model.has_drains() && !work.drains.exists())
     work.drains = drains_of(constants.model.scene.fluid.drains);
-  if (cloth.samples.count == 0) return;
+  if (cloth.samples.count == 0 || constants.model.has_baked_liquid()) return;
   order_triangles(constants, work);
   make_room(work.hit_triangle, "drench::advection::hit_triangle", capacity);
   make_room(work.hit_weight, "drench::advection::hit_weight", capacity);
@@ -184,12 +184,13 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
                   const PushesOnBodies& pushes, AdvectionWork& work, Real dt, double time, bool swept) {
   const Entries<Real3> position = fluid.particles.position, velocity = fluid.particles.velocity;
   const Entries<const Real3> end = work.end, shift = fluid.separation;
+  const bool baked = constants.model.has_baked_liquid();
   const Entries<Real> age = fluid.particles.age;
   const Entries<const Quanta> mass = fluid.particles.mass;
   const Entries<std::uint8_t> gone = work.gone;
   const Entries<const Index> hit_triangle = work.hit_triangle, near_cloth = lists.fluid_sample.count;
   const bool listed = swept && lists.fluid_sample.rows == fluid.particles.local();
-  const Slice<const Solid> solids = bodies.solids;
+  const Slice<const Solid> solids = baked ? Slice<const Solid>{} : Slice<const Solid>(bodies.solids);
   const Slice<const Drain> drains = std::as_const(work.drains);
   const double quantum = constants.quantum;
   const Vec3 &min = constants.model.scene.domain.min, &max = constants.model.scene.domain.max;
@@ -197,7 +198,8 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
   Kokkos::parallel_reduce(
       "drench::advection::finish", range(fluid.particles.count),
       KOKKOS_LAMBDA(const Index i, AdvectionCounts& counts) {
-        Real3 v = velocity(i), x = swept ? end(i) : position(i) + dt * v + shift(i);
+        Real3 v = velocity(i), x = swept ? end(i) : position(i) + dt * v;
+        if (!swept && !baked) x += shift(i);
         if (swept && hit_triangle(i) >= 0) ++counts.collisions;
         bool put_back = false;
         for (std::int64_t b = 0; b < solids.count; ++b) {
@@ -300,8 +302,9 @@ void account_solute(const Constants& constants, const Fluid& fluid, const Advect
 void advection(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
                AdvectionWork& work, Accounts& accounts, const StepInfo& info, StepReport& report) {
   const Real dt = static_cast<Real>(info.dt);
-  const bool liquid = fluid.particles.total > 0, sheets = cloth.samples.count > 0,
-             moving_cloth = constants.model.has_moving_cloth();
+  // What files move meets neither cloth nor bodies.
+  const bool liquid = fluid.particles.total > 0, baked = constants.model.has_baked_liquid(),
+             sheets = cloth.samples.count > 0 && !baked, moving_cloth = constants.model.has_moving_cloth();
   allocate_work(constants, fluid, cloth, work);
   fluid.particles.moved.advance();
   place_solids(constants, bodies, info);
