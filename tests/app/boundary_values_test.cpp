@@ -38,6 +38,32 @@ bodies:
   - mesh: {file: ball.obj, scale: 0.05, position: [0.1, 0, 0]}
 )";
 
+/// What is hinged, hangs on springs, is squeezed, filmed, rained on, drained and scaled.
+constexpr const char* hinged_scene = R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-0.2, -0.2, -0.2], max: [0.2, 0.3, 0.2]}
+fluid:
+  spacing: 0.02
+  sources:
+    - block: {min: [-0.04, 0.1, -0.04], max: [0.04, 0.16, 0.04]}
+    - rain: {center: [0, 0.25, 0], size: [0.1, 0.1], rate: 50000, diameter: 0.003}
+  drains: [{sphere: {center: [0, -0.1, 0], radius: 0.05}}]
+cloth:
+  - mesh: {grid: {size: [0.1, 0.1], nodes: [5, 5]}}
+    place: {position: [0, 0.08, 0]}
+    pin: [{corners: true, stiffness: 100}]
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1}]
+    porous: {diffusivity: 1.0e-4, film: 1.0e-4, film_viscosity: 1.0e-5, compressibility: 0.3}
+bodies:
+  - name: lid
+    box: {min: [-0.05, 0.01, -0.05], max: [0.05, 0.03, 0.05], dynamic: true, density: 600}
+    place: {scale: [1, 1, 1.2], rotate: {axis: [0, 1, 0], degrees: 10}}
+  - sphere: {center: [0, -0.02, 0], radius: 0.02}
+    place: {scale: [2, 1, 1]}
+joints:
+  - hinge: {body: lid, point: [0.05, 0.02, 0], axis: [0, 0, 1], limits: [-60, 60], motor: {degrees_per_second: 50, torque: 0.1}}
+)";
+
 void write_meshes(const std::filesystem::path& folder) {
   test::write_text(folder / "sheet.obj",
                    "v -0.05 0 -0.05\nv 0.05 0 -0.05\nv 0.05 0 0.05\nv -0.05 0 0.05\nv 0 0.01 0\n"
@@ -96,8 +122,8 @@ TEST(BoundaryValues, OfEveryKeyRunThreeSteps) {
   const char* kept = std::getenv("DRENCH_FUZZ_SCENE");  // where the scene stands that a crash leaves
   const std::filesystem::path file = kept ? std::filesystem::path(kept) : here.path() / "scene.yaml";
   write_meshes(here.path());
-  const std::vector<std::string> scenes{still_scene,       test::liquid_scene, test::porous_scene,
-                                        test::cloth_scene, test::keyed_scene,  test::filter_scene};
+  const std::vector<std::string> scenes{still_scene,       test::liquid_scene, test::porous_scene, test::cloth_scene,
+                                        test::keyed_scene, test::filter_scene, hinged_scene};
   ValidScenes valid(seed);
   std::map<std::string, int> counts;
   double slowest = 0;

@@ -150,6 +150,21 @@ void SceneDraw::fluid() {
         "[{:.3g}, [0, {:.3g}, 0]]], interpolation: {}}}}}\n",
         center, radius, -uniform(0.5, 4), 10 * dt_, 25 * dt_, -uniform(0.5, 4), word({"step", "linear"}));
   });
+  yaml += drawn_by(newest_, 0.1, [&] {
+    const double speed = uniform(1, 6);
+    return fmt::format(
+        "    - rain: {{center: [0, 0.35, 0], size: [0.2, {:.3g}], rate: {:.4g}, diameter: {:.3g}, "
+        "velocity: [0, {:.3g}, 0]}}\n",
+        uniform(0.05, 0.3), usually(1e3, 1e5, 1, 1e6), usually(5e-4, 5e-3, 1e-5, 0.01), -speed);
+  });
+  const std::string drains = drawn_by(newest_, 0.06, [&] {
+    return chance(0.5) ? fmt::format("  drains: [{{plane: {{point: [0, {:.3g}, 0], normal: [0, 1, 0]}}}}]\n",
+                                     uniform(-0.3, 0.1))
+                       : fmt::format("  drains: [{{sphere: {{center: {}, radius: {:.3g}}}, start: {:.3g}}}]\n",
+                                     vector(-0.1, 0.1), uniform(0.02, 0.1), uniform(0, 30 * dt_));
+  });
+  if (!drains.empty()) drawn_.closed = false;
+  yaml += drains;
 }
 
 std::string SceneDraw::concentration() {
@@ -186,7 +201,10 @@ std::string SceneDraw::pins(int nx, int nz) {
       list += fmt::format(", spin: {{axis: {}, degrees_per_second: {:.3g}}}", "[0.3, 1, 0.2]", uniform(-360, 360));
     list += fmt::format(", end: {:.3g}", 30 * dt_);
   }
-  return "    pin: [" + list + "}]\n";
+  const std::string soft =
+      drawn_by(newest_, 0.12, [&] { return fmt::format(", stiffness: {:.3g}", usually(1, 1e4, 1e-3, 1e9)); });
+  if (!soft.empty()) drawn_.closed = false;  // what such pins store is not known
+  return "    pin: [" + list + soft + "}]\n";
 }
 
 std::string SceneDraw::porous() {
@@ -241,6 +259,31 @@ std::string SceneDraw::porous() {
   return yaml;
 }
 
+std::string SceneDraw::filmed_or_squeezed(std::string pores, bool still) {
+  const auto number_after = [&](const std::string& key) {
+    const std::size_t at = pores.find(key);
+    return at == pores.npos ? 0.0 : std::stod(pores.substr(at + key.size()));
+  };
+  const std::string film = drawn_by(newest_, pores.empty() ? 0 : 0.15, [&] {
+    return fmt::format("film: {:.3g}, film_viscosity: {:.3g}", usually(2e-5, 3e-4, 1e-7, 0.01),
+                       usually(1e-6, 1e-3, 1e-8, 1));
+  });
+  const std::string squeezed = drawn_by(newest_, pores.empty() || still ? 0 : 0.2, [&] {
+    return fmt::format("compressibility: {:.4g}, ", uniform(0, 0.95) * (1 - number_after("solid_fraction: ")));
+  });
+  const std::string begin = "porous: {";
+  if (!squeezed.empty()) pores.insert(pores.find(begin) + begin.size(), squeezed);
+  if (film.empty() || !(number_after("diffusivity: ") > 0)) return pores;
+  const std::size_t most = pores.find("max_saturation: ");
+  pores.replace(most, pores.find(',', most) - most, film);
+  for (const char* key : {"initial_saturation", "hold_saturation"}) {  // the film may hold less than that
+    const std::size_t at = pores.find(key), value = at == pores.npos ? at : pores.find("value: ", at) + 7;
+    if (value != pores.npos && std::stod(pores.substr(value)) > 1)
+      pores.replace(value, pores.find('}', value) - value, "1");
+  }
+  return pores;
+}
+
 void SceneDraw::cloth(int number, int count) {
   const int nx = whole(2, 12), nz = whole(2, 12);
   const double width = uniform(0.08, 0.3), depth = uniform(0.08, 0.3),
@@ -271,7 +314,7 @@ void SceneDraw::cloth(int number, int count) {
   if (still) yaml += "    dynamics: false\n";
   if (chance(0.4)) yaml += "    self_collision: true\n";
   const std::string pinned = still ? std::string() : pins(nx, nz);
-  const std::string pores = chance(0.8) ? porous() : "";
+  const std::string pores = filmed_or_squeezed(chance(0.8) ? porous() : "", still);
   yaml += pinned + pores + regions(thickness, pores);
   // Plates are for pd alone.
   const std::string named = drawn_by(others_, yaml.find("method: pd") != yaml.npos ? 0.12 : 0, [&] {
@@ -299,10 +342,12 @@ std::string SceneDraw::halves(double thickness, const std::string& pores) {
       yaml += fmt::format(", stretch: {:.4g}, bend: {:.4g}", usually(50, 5000, 1, 1e6), usually(1e-6, 1e-3, 1e-9, 1));
     if (chance(0.3))
       yaml += fmt::format(", damping: {:.3g}, friction: {:.3g}", usually(0.1, 10, 1e-3, 1000), uniform(0, 2));
+    const std::size_t squeezed = pores.find("compressibility: ");  // at most 1 − Φ
+    const double most_solid = squeezed == pores.npos ? 1 : 1 - std::stod(pores.substr(squeezed + 17));
     const bool wicks = pores.find("diffusivity: 0,") == pores.npos, anisotropic = pores.find("weft_") != pores.npos;
     if (!pores.empty() && chance(0.7))
       yaml += ", porous: {" +
-              list_of({fmt::format("solid_fraction: {:.4g}, absorption: {:.3g}", uniform(0, 0.9),
+              list_of({fmt::format("solid_fraction: {:.4g}, absorption: {:.3g}", most_solid * uniform(0, 0.9),
                                    usually(1e-3, 0.1, 1e-6, 100)),
                        wicks && !anisotropic ? fmt::format("diffusivity: {:.3g}", usually(1e-5, 1e-3, 1e-7, 1e-2)) : "",
                        chance(0.3) ? fmt::format("max_saturation: {:.4g}", uniform(1, 1.5)) : ""}) +
@@ -354,7 +399,25 @@ void SceneDraw::bodies() {
   if (chance(0.3))
     list += fmt::format("  - box: {{min: [0.1, -0.14, -0.03], max: [0.16, {:.4g}, 0.03]{}}}\n", uniform(-0.12, -0.08),
                         chance(0.4) ? ", dynamic: true" : motion());
-  if (!list.empty()) drawn_.yaml += "bodies:\n" + list;
+  const std::string ball = "  - sphere: {", dynamic = "dynamic: true";
+  std::string hinge;
+  if (const std::size_t at = list.find(ball); at != list.npos && list.find(dynamic, at) < list.find('\n', at)) {
+    const double speed = wild_ ? 3000 : 300;
+    hinge = drawn_by(newest_, 0.4, [&] {
+      const std::string motor = chance(0.5) ? fmt::format(", motor: {{degrees_per_second: {:.4g}, torque: {:.3g}}}",
+                                                          uniform(-speed, speed), usually(0.01, 1, 1e-6, 1e9))
+                                            : "";
+      const std::string limits =
+          chance(0.4) ? fmt::format(", limits: [{:.3g}, {:.3g}]", uniform(-180, 0), uniform(0, 180)) : "";
+      return fmt::format("joints: [{{hinge: {{body: ball, point: {}, axis: {}{}{}}}}}]\n", vector(-0.15, 0.15),
+                         vector(0.1, 1), limits, motor);
+    });
+    if (!hinge.empty()) {
+      list.insert(at + 4, "name: ball\n    ");
+      drawn_.closed = false;
+    }
+  }
+  if (!list.empty()) drawn_.yaml += "bodies:\n" + list + hinge;
 }
 
 void SceneDraw::air() {

@@ -21,13 +21,14 @@ struct RandomScene {
 class SceneDraw {
  public:
   /// `narrow`: without wind, spins, slip, adhesion of bodies, keyed values, sample_spacing, regions, time.mode error,
-  /// mirrored walls and named fabrics.
+  /// mirrored walls, named fabrics, films, compressible fabric, soft pins, drains, rain and hinges.
   explicit SceneDraw(std::uint64_t seed, bool narrow = false)
       : random_(seed),
         more_(seed + 0x9e3779b97f4a7c15),
         dyes_(seed + 0x3c6ef372fe94f82a),
         patches_(seed + 0xdaa66d2c7ddf743f),
         others_(seed + 0x78dde6e5fd29f054),
+        newest_(seed + 0x1715609d9f3bcd89),
         narrow_(narrow) {}
   RandomScene scene();
 
@@ -56,6 +57,8 @@ class SceneDraw {
   std::string concentration();
   std::string pins(int nx, int nz);
   std::string porous();
+  /// The key `porous` with a film or with pores that pressure closes.
+  std::string filmed_or_squeezed(std::string pores, bool still);
   /// By numbers of their own. `pores`: the cloth's key `porous`, if it has one.
   std::string regions(double thickness, const std::string& pores);
   /// One half of the last sheet or both, cut through its middle: each has a triangle at least.
@@ -64,7 +67,7 @@ class SceneDraw {
   void air();
   std::string motion();
 
-  std::mt19937_64 random_, more_, dyes_, patches_, others_;
+  std::mt19937_64 random_, more_, dyes_, patches_, others_, newest_;
   bool narrow_;
   RandomScene drawn_;
   bool wild_ = false;                         // values anywhere in their ranges

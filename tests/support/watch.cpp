@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/eigen_vec.hpp"
+#include "state/film.hpp"
 #include "test_ranks.hpp"
 #include "watched_energy.hpp"
 
@@ -125,7 +126,8 @@ Watch::Watch(const Model& model, const HostState& start, const Rules& rules)
   for (std::size_t n = 0; n < most_liquid_.size(); ++n) {
     if (model.samples.node_capacity.empty()) continue;
     const ClothMaterial& cloth = model.material_of_node(static_cast<Index>(n));
-    const double bound = std::floor(cloth.max_saturation * model.samples.node_capacity[n] / model.quantum);
+    const double bound =
+        std::floor(ceiling_of_node(model, static_cast<Index>(n)) * model.samples.node_capacity[n] / model.quantum);
     most_liquid_[n] = std::max(most_liquid_[n], static_cast<Quanta>(cloth.porous ? bound : 0));
   }
   initial_energy_ = energy_ = mechanical_energy(model, start);
@@ -180,7 +182,8 @@ void Watch::look_at_masses(const HostState& now, Complaints& wrong) {
           fmt::format("node {} has {} quanta above s_max or what it had before", n, mass - most_liquid_[n]));
     // Where it starts above s_max it may only fall.
     const ClothMaterial& cloth = model_.material_of_node(static_cast<Index>(n));
-    const double bound = std::floor(cloth.max_saturation * model_.samples.node_capacity[n] / model_.quantum);
+    const double bound =
+        std::floor(ceiling_of_node(model_, static_cast<Index>(n)) * model_.samples.node_capacity[n] / model_.quantum);
     most_liquid_[n] = std::max(static_cast<Quanta>(cloth.porous ? bound : 0), std::min(most_liquid_[n], mass));
   }
 }
