@@ -11,6 +11,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "state/fastest.hpp"
 #include "state/mass_budget.hpp"
 #include "state/needed_fields.hpp"
 
@@ -131,11 +132,6 @@ void continue_budget(HostState& next, const HostState& before) {
   (more_solute > 0 ? next.solute_supplied : next.solute_drained) += std::abs(more_solute);
 }
 
-double fastest_of(const HostState& s) {
-  double fastest = 0;
-  for (const auto* velocities : {&s.fluid_velocity, &s.node_velocity})
-    for (const Vec3& v : *velocities) fastest = std::max(fastest, std::hypot(v[0], v[1], v[2]));
-  return fastest;
-}
+double fastest_of(const HostState& s) { return std::max(fastest_of(s.fluid_velocity), fastest_of(s.node_velocity)); }
 
 }  // namespace drench

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/stop_request.hpp"
+#include "state/fastest.hpp"
 #include "state/mass_budget.hpp"
 
 namespace drench {
@@ -85,7 +86,7 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
       capacity_(std::accumulate(model.samples.node_capacity.begin(), model.samples.node_capacity.end(), 0.0)) {
   if (model.has_baked_liquid()) {
     baked_.emplace(model);
-    fastest_file_ = BakedLiquid::fastest(initial);
+    fastest_file_ = fastest_of(initial.fluid_velocity);
     limits_.expect(fastest_file_);
   }
   backend_.upload(initial);
@@ -95,7 +96,7 @@ void Pipeline::take_file() {
   HostState state = backend_.download();
   mark(state);
   baked_->replace(state, time_);
-  fastest_file_ = std::max(fastest_file_, BakedLiquid::fastest(state));
+  fastest_file_ = std::max(fastest_file_, fastest_of(state.fluid_velocity));
   limits_.expect(fastest_file_);
   backend_.upload(state);
 }

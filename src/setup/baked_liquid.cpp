@@ -7,7 +7,6 @@
 #include <limits>
 #include <numeric>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 
 #include "base/eigen_vec.hpp"
@@ -22,6 +21,12 @@ namespace {
 constexpr double same_time = 1e-6;  // of the time between two files
 constexpr std::size_t most_frames = 3;
 
+/// The row of an id among ascending ones; −1: none.
+std::int64_t row_of(std::int64_t id, const std::vector<std::int64_t>& ids) {
+  const auto found = std::lower_bound(ids.begin(), ids.end(), id);
+  return found != ids.end() && *found == id ? found - ids.begin() : -1;
+}
+
 template <class T>
 void reorder(std::vector<T>& values, const std::vector<std::size_t>& order) {
   std::vector<T> sorted;
@@ -30,11 +35,6 @@ void reorder(std::vector<T>& values, const std::vector<std::size_t>& order) {
 }
 
 }  // namespace
-
-std::int64_t BakedLiquid::Frame::row_of(std::int64_t of) const {
-  const auto found = std::lower_bound(id.begin(), id.end(), of);
-  return found != id.end() && *found == of ? found - id.begin() : -1;
-}
 
 BakedLiquid::BakedLiquid(const Model& model)
     : model_(model),
@@ -70,7 +70,7 @@ bool BakedLiquid::in_domain(const Vec3& x) const {
 BakedLiquid::Frame BakedLiquid::read(std::int64_t number) const {
   BlockScene source = source_;
   source.placed.file = source_.sequence.files[static_cast<std::size_t>(number)];
-  std::vector<std::string> warnings;  // those of the first file are heard when the scene is set up
+  std::vector<std::string> warnings;  // those of the first file are reported at set-up
   SourceFile file = read_source_file(model_.scene.path, source, 0, warnings);
   Frame frame;
   frame.number = number;
@@ -120,7 +120,7 @@ BakedLiquid::Frame BakedLiquid::particles_from(std::int64_t number) {
   if (!has_ids_) return now;
   const Frame& next = frame(number + 1);
   for (std::size_t i = 0; i < now.id.size(); ++i) {
-    const std::int64_t row = next.row_of(now.id[i]);
+    const std::int64_t row = row_of(now.id[i], next.id);
     if (row < 0) continue;
     const Eigen::Vector3d way = to_eigen(next.position[static_cast<std::size_t>(row)]) - to_eigen(now.position[i]);
     now.velocity[i] = to_vec3(source_.sequence.fps * way);
@@ -144,53 +144,45 @@ void BakedLiquid::start(HostState& state) {
                      "fluid.sources.0");
 }
 
-double BakedLiquid::fastest(const HostState& state) {
-  double fastest = 0;
-  for (const Vec3& v : state.fluid_velocity) fastest = std::max(fastest, std::hypot(v[0], v[1], v[2]));
-  return fastest;
+bool BakedLiquid::is_absorbed(std::int64_t number, std::int64_t id) {
+  const Frame& before = frame(number - 1);
+  const std::int64_t row = row_of(id, before.id);
+  return row >= 0 && in_domain(before.position[static_cast<std::size_t>(row)]);  // and not in the state any more
+}
+
+std::vector<BakedLiquid::Match> BakedLiquid::matches(std::int64_t number, const Frame& now, const HostState& state) {
+  std::vector<Match> matches;
+  for (std::size_t i = 0; i < now.position.size(); ++i) {
+    if (!in_domain(now.position[i])) continue;
+    const std::int64_t row = has_ids_ ? row_of(now.id[i], state.fluid_id) : -1;
+    if (row >= 0 || !has_ids_ || !is_absorbed(number, now.id[i])) matches.push_back({i, row});
+  }
+  return matches;
 }
 
 void BakedLiquid::replace(HostState& state, double time) {
   const std::int64_t number = std::llround(time * source_.sequence.fps);
   const Frame now = particles_from(number);
+  const std::vector<Match> particles = matches(number, now, state);
   const Quanta liquid = sum_of(state.fluid_mass), solute = sum_of(state.fluid_solute);
-  std::unordered_map<std::int64_t, std::size_t> row_of;  // of the state, by id
-  for (std::size_t i = 0; has_ids_ && i < state.fluid_id.size(); ++i) row_of[state.fluid_id[i]] = i;
-  const auto was_there = [&](std::int64_t id) {
-    if (!has_ids_) return false;
-    const Frame& before = frame(number - 1);
-    const std::int64_t row = before.row_of(id);
-    return row >= 0 && in_domain(before.position[static_cast<std::size_t>(row)]);
-  };
-  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-  std::vector<std::pair<std::size_t, std::size_t>> rows;  // of the file, of the state
-  for (std::size_t i = 0; i < now.position.size(); ++i) {
-    if (!in_domain(now.position[i])) continue;
-    const auto found = has_ids_ ? row_of.find(now.id[i]) : row_of.end();
-    if (found != row_of.end())
-      rows.emplace_back(i, found->second);
-    else if (!has_ids_ || !was_there(now.id[i]))  // else cloth has taken it whole
-      rows.emplace_back(i, none);
-  }
   visit_fields(state, [&](std::string_view field, auto& values) {
     if (!field.starts_with("fluid_") || !needs_field(model_, field)) return;
-    std::remove_reference_t<decltype(values)> next;
-    for (const auto& [of_file, of_state] : rows)
-      next.push_back(of_state == none ? typename std::remove_reference_t<decltype(values)>::value_type{}
-                                      : values[of_state]);
+    std::remove_reference_t<decltype(values)> next(particles.size());
+    for (std::size_t k = 0; k < particles.size(); ++k)
+      if (particles[k].of_state >= 0) next[k] = values[static_cast<std::size_t>(particles[k].of_state)];
     values = std::move(next);
   });
   state.drained += liquid - sum_of(state.fluid_mass);
   state.solute_drained += solute - sum_of(state.fluid_solute);
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const auto [of_file, of_state] = rows[k];
-    state.fluid_position[k] = now.position[of_file];
-    state.fluid_velocity[k] = now.velocity[of_file];
-    if (of_state != none) continue;
-    state.fluid_mass[k] = now.mass[of_file];
-    state.supplied += now.mass[of_file];
+  for (std::size_t k = 0; k < particles.size(); ++k) {
+    const auto [i, row] = particles[k];
+    state.fluid_position[k] = now.position[i];
+    state.fluid_velocity[k] = now.velocity[i];
+    if (row >= 0) continue;
+    state.fluid_mass[k] = now.mass[i];
+    state.supplied += now.mass[i];
     state.fluid_density_ratio[k] = 1;
-    state.fluid_id[k] = has_ids_ ? now.id[of_file] : state.next_id;
+    state.fluid_id[k] = has_ids_ ? now.id[i] : state.next_id;
     state.fluid_origin[k] = static_cast<std::uint8_t>(Origin::block);
     state.next_id = std::max(state.next_id, state.fluid_id[k] + 1);
   }

@@ -9,12 +9,11 @@
 
 namespace drench {
 
-/// The files of the source `particles` or `mesh` with a `sequence` (Model::has_baked_liquid). Particle files have ids
-/// either all of them or none; each may be empty. With ids a particle keeps what cloth has left of its mass and moves
-/// evenly from file to file; one that cloth has absorbed stays away, and one that returns after a file without it, or
-/// from outside the domain, is new. Without ids each file brings new, full particles, which move with their velocities
-/// until the next file; so does each mesh, whose liquid has the velocity of the source. After the last file all
-/// particles rest.
+/// The files of the source `particles` or `mesh` with a `sequence` (Model::has_baked_liquid). The motion is Eq. 29g of
+/// docs/theory/liquid.md. Either all particle files have ids or none has; each may be empty. With ids a particle keeps
+/// the mass that cloth has not absorbed. One that cloth has absorbed completely does not return; one that was missing
+/// in a file, or outside the domain, returns as a new one. Without ids each file brings new, full particles, and so
+/// does each mesh.
 class BakedLiquid {
  public:
   explicit BakedLiquid(const Model& model);
@@ -23,8 +22,6 @@ class BakedLiquid {
   bool begins(double time) const;
   /// From `time` to the next file, s; infinite after the last.
   double time_left(double time) const;
-  /// m/s: of a state's particles.
-  static double fastest(const HostState& state);
   /// The particles of the first file. SetupError: as replace(), and where it has some but none in the domain.
   void start(HostState& state);
   /// The particles of the file that begins at `time`. The mass budget goes on: what the file adds is supplied, what it
@@ -39,14 +36,20 @@ class BakedLiquid {
     std::vector<Vec3> position, velocity;  // m, m/s
     std::vector<Quanta> mass;
     std::vector<std::int64_t> id;
-
-    /// The row of an id; −1: none.
-    std::int64_t row_of(std::int64_t id) const;
   };
   /// Of file `number`; the last three stay in memory.
   const Frame& frame(std::int64_t number);
   Frame read(std::int64_t number) const;
   bool in_domain(const Vec3& x) const;
+  /// Has cloth absorbed the particle of that id, which file `number` still has?
+  bool is_absorbed(std::int64_t number, std::int64_t id);
+  /// A particle of a file (row) and where it is in the state (row; −1: it is new).
+  struct Match {
+    std::size_t of_file;
+    std::int64_t of_state;
+  };
+  /// Those that are in the domain, in the order of the file.
+  std::vector<Match> matches(std::int64_t number, const Frame& now, const HostState& state);
   /// Particles of file `number` with the velocities until the next one.
   Frame particles_from(std::int64_t number);
 

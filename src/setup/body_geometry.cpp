@@ -254,14 +254,10 @@ SurfaceMesh ellipsoid(const BodyScene& scene) {
 BodyScene placed_shape(BodyScene scene) {
   if (scene.kind == BodyScene::Kind::mesh || becomes_mesh(scene)) return scene;
   for (std::size_t a = 0; a < 3; ++a) {
-    const double middle = 0.5 * (scene.box.min[a] + scene.box.max[a]) + scene.place[a],
-                 half = 0.5 * (scene.box.max[a] - scene.box.min[a]) * scene.stretch[a];
-    if (scene.stretch[a] != 1) {
-      scene.box.min[a] = middle - half;
-      scene.box.max[a] = middle + half;
-    } else {
-      scene.box.min[a] += scene.place[a];
-      scene.box.max[a] += scene.place[a];
+    const double middle = 0.5 * (scene.box.min[a] + scene.box.max[a]);
+    for (double* side : {&scene.box.min[a], &scene.box.max[a]}) {
+      if (scene.stretch[a] != 1) *side = middle + scene.stretch[a] * (*side - middle);
+      *side += scene.place[a];
     }
     scene.center[a] += scene.place[a];
     scene.point[a] += scene.place[a];

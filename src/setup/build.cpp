@@ -35,6 +35,7 @@
 #include "setup/surface_mesh.hpp"
 #include "setup/wall_planes.hpp"
 #include "setup/warnings.hpp"
+#include "state/fastest.hpp"
 #include "state/needed_fields.hpp"
 
 namespace drench {
@@ -271,7 +272,7 @@ void init_fluid(Setup& setup, std::vector<SourceFile> files) {
   s.jet_particles.assign(setup.model.jets.size(), 0);
   if (setup.model.has_baked_liquid()) {
     BakedLiquid(setup.model).start(s);
-    setup.model.fastest_before = BakedLiquid::fastest(s);
+    setup.model.fastest_before = fastest_of(s.fluid_velocity);
     return;
   }
   BlockParticles particles =
@@ -279,8 +280,7 @@ void init_fluid(Setup& setup, std::vector<SourceFile> files) {
   const std::size_t count = particles.position.size();
   resize_liquid(s, setup.model, count);
   s.fluid_position = std::move(particles.position);
-  for (const Vec3& v : particles.velocity)
-    setup.model.fastest_before = std::max(setup.model.fastest_before, std::hypot(v[0], v[1], v[2]));
+  setup.model.fastest_before = fastest_of(particles.velocity);
   s.fluid_velocity = std::move(particles.velocity);
   s.fluid_mass = std::move(particles.mass);
   std::iota(s.fluid_id.begin(), s.fluid_id.end(), std::int64_t{0});
