@@ -179,11 +179,11 @@ bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSy
   }
   if (now_.over_goal > 1 && !best_shift.empty()) now_.shift = best_shift;
   progress.residual = std::min(best, now_.over_goal);
-  give(cloth, solver, s);
+  write_result(cloth, solver, s);
   return progress.residual <= 1 || cap == most;
 }
 
-void NewtonCloth::give(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) const {
+void NewtonCloth::write_result(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) const {
   const Entries<Real3> result = solver.displacement, before = solver.last_displacement;
   parallel("drench::cloth::newton_end", cloth.nodes.count, [&](const Index n) {
     if (!s.pinned(n)) result(n) = narrow(now_.shift[at(n)]);
@@ -328,8 +328,8 @@ bool run_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& 
 }
 
 void begin_newton_anew(ClothSolverWork& solver) { solver.newton->begin_anew(); }
-void give_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) {
-  solver.newton->give(cloth, solver, s);
+void restore_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) {
+  solver.newton->write_result(cloth, solver, s);
 }
 
 }  // namespace drench::kokkos_backend
@@ -341,7 +341,7 @@ namespace drench::kokkos_backend {
 bool prepare_newton(const Cloth&, ClothSolverWork&, const ClothSystem&, bool) { return false; }
 bool run_newton(const Cloth&, ClothSolverWork&, const ClothSystem&, ClothProgress&, int, double) { return false; }
 void begin_newton_anew(ClothSolverWork&) {}
-void give_newton(const Cloth&, ClothSolverWork&, const ClothSystem&) {}
+void restore_newton(const Cloth&, ClothSolverWork&, const ClothSystem&) {}
 
 }  // namespace drench::kokkos_backend
 

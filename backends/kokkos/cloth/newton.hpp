@@ -43,7 +43,7 @@ class NewtonCloth {
   bool run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
            double tolerance);
   /// The best iterate of the last solve goes to solver.displacement.
-  void give(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) const;
+  void write_result(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) const;
 
  private:
   enum class State : std::uint8_t { apart, sticks, slips };

@@ -239,9 +239,9 @@ void ClothIteration::run(int most) {
     advance(std::min(check_interval, end - progress_.iterations));
     progress_.judge(residual());
   } while (progress_.residual > 1 && progress_.iterations < end);
-  // Where cloth is stretched beyond its limits these iterations may diverge.
+  // These iterations may end farther from the solution than Newton's method did.
   if (!newton_ || progress_.residual <= before) return;
-  give_newton(cloth_, solver_, system_);
+  restore_newton(cloth_, solver_, system_);
   progress_.residual = before;
 }
 

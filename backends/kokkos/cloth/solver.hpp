@@ -427,8 +427,8 @@ bool run_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& 
                 double tolerance);
 /// NewtonCloth::begin_anew.
 void begin_newton_anew(ClothSolverWork& solver);
-/// The displacements are again those that Newton's method ended with.
-void give_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
+/// Displacements from the best iterate of Newton's method: NewtonCloth::write_result.
+void restore_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
 
 // xpbd.cpp
 /// Of the multipliers and their rates.
