@@ -39,7 +39,7 @@ void describe_neighbors(Section& s, Scene& scene) {
   s.boolean("through_cloth", scene.through_cloth, "liquid interacts with liquid on the other side of a cloth");
 }
 
-/// What liquid that follows files does not do.
+/// Rejects what is not available with liquid of files.
 void check_baked(Section& s, const Scene& scene) {
   for (std::size_t b = 0; b < scene.bodies.size(); ++b)
     s.check(!scene.bodies[b].dynamic, fmt::format("bodies.{}", b),

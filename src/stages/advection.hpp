@@ -4,7 +4,7 @@
 //
 // Law:    docs/theory/contacts.md, sections 4–7. 0 coincident particles, 1 fresh particles, 2 cloth, 3 liquid against
 //         cloth (paths, impulses), 4 failsafe of solids, 5 positions, ages and the domain, 6 tunnelled particles,
-//         7 escaped particles.
+//         7 escaped particles. Liquid of files (docs/theory/liquid.md, Eq. 29g): 2, 5 and 7 only.
 // Reads:  fluid_position (m), fluid_velocity (m/s), fluid_mass (quanta), fluid_age (s), fluid_origin, fluid_id,
 //         node_position (m), node_velocity (m/s), node_contact_force (N), node_liquid (quanta), time (s),
 //         lists fluid→fluid and fluid→sample.

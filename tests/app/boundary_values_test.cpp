@@ -61,7 +61,8 @@ bodies:
   - sphere: {center: [0, -0.02, 0], radius: 0.02}
     place: {scale: [2, 1, 1]}
 joints:
-  - hinge: {body: lid, point: [0.05, 0.02, 0], axis: [0, 0, 1], limits: [-60, 60], motor: {degrees_per_second: 50, torque: 0.1}}
+  - hinge: {body: lid, point: [0.05, 0.02, 0], axis: [0, 0, 1], limits: [-60, 60],
+        motor: {degrees_per_second: 50, torque: 0.1}}
 )";
 
 void write_meshes(const std::filesystem::path& folder) {
