@@ -1,10 +1,6 @@
-#include "core/types.hpp"
-
-#ifndef KOKKOS_ENABLE_CUDA
+#include "cloth/anderson.hpp"
 
 #include <Eigen/QR>
-
-#include "cloth/anderson.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -34,7 +30,7 @@ void AndersonAcceleration::keep_differences(const std::vector<Double3>& shift, c
   const std::size_t length = step.size();
   NodeVector &along = next_of(along_, most_kept, length), &step_change = next_of(step_change_, most_kept, length),
              &left_change = next_of(left_change_, most_kept, length);
-  parallel("drench::cloth::anderson_differences", nodes_, [&](const Index n) {
+  host_parallel("drench::cloth::anderson_differences", nodes_, [&](const Index n) {
     const auto k = static_cast<std::size_t>(n);
     at_node(step_change, n) = at_node(step, n) - at_node(last_step_, n);
     at_node(along, n) = column(shift[k] - last_shift_[k]) + at_node(step_change, n);
@@ -65,5 +61,3 @@ bool AndersonAcceleration::combine(const std::vector<Double3>& shift, const Node
 }
 
 }  // namespace drench::kokkos_backend
-
-#endif

@@ -1,13 +1,10 @@
 #include "cloth/block_cholesky.hpp"
 
-#ifndef KOKKOS_ENABLE_CUDA
-
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#define DRENCH_ISA_FILE "cloth/panels.inl"
-#include "core/for_each_isa.hpp"
+#include "core/host_parallel.hpp"
+#include "host/isa.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -193,17 +190,17 @@ double BlockCholesky::work() const {
 
 void BlockCholesky::clear() {
   constexpr std::size_t length = 1 << 16;
-  parallel("drench::cloth::factor_clear", static_cast<Index>((values_.size() + length - 1) / length),
-           [this](const Index k) {
-             std::fill(values_.data() + at(k) * length, values_.data() + std::min(values_.size(), (at(k) + 1) * length),
-                       Real(0));
-           });
+  host_parallel("drench::cloth::factor_clear", static_cast<Index>((values_.size() + length - 1) / length),
+                [this](const Index k) {
+                  std::fill(values_.data() + at(k) * length,
+                            values_.data() + std::min(values_.size(), (at(k) + 1) * length), Real(0));
+                });
 }
 
 void BlockCholesky::factor() {
-  parallel("drench::cloth::factor_parts", parts_, [this](const Index p) { factor_part(p); });
+  host_parallel("drench::cloth::factor_parts", parts_, [this](const Index p) { factor_part(p); });
   const std::vector<Index>& between = panels_of_[at(parts_)];
-  parallel("drench::cloth::factor_between", static_cast<Index>(between.size()), [&](const Index k) {
+  host_parallel("drench::cloth::factor_between", static_cast<Index>(between.size()), [&](const Index k) {
     for (const Index u : updates_of_[at(between[at(k)])]) subtract(updates_[at(u)]);
   });
   factor_part(parts_);
@@ -221,11 +218,12 @@ void BlockCholesky::factor_part(Index part) {
 void BlockCholesky::factor_panel(const Panel& p) {
   Real inverse_pivot[3 * most_nodes];
   Real* const a = values_.data() + p.at;
-  DRENCH_BY_ISA(factor_panel)(a, p.columns(), p.stride, inverse_pivot);
-  DRENCH_BY_ISA(invert_panel)(a, p.columns(), p.stride, p.top, inverse_pivot, inverse_.data() + p.inverse_at);
+  panel_loops().factor_panel(a, p.columns(), p.stride, inverse_pivot);
+  panel_loops().invert_panel(a, p.columns(), p.stride, p.top, inverse_pivot, inverse_.data() + p.inverse_at);
 }
 
 void BlockCholesky::subtract(const Update& update) {
+  const PanelLoops& loops = panel_loops();
   const Panel &panel = panels_[at(update.source)], &target = panels_[at(update.target)];
   const Real* const below = values_.data() + panel.at + panel.top;
   const Index from = 3 * update.from / spare_lanes * spare_lanes, end = panel.below();
@@ -233,21 +231,21 @@ void BlockCholesky::subtract(const Update& update) {
   const PanelRun *const first = runs_.data() + update.run_begin, *const last = runs_.data() + update.run_end;
   for (Index i = update.from; i < update.to; i += 2) {
     const bool two = i + 1 < update.to;
-    (two ? DRENCH_BY_ISA(products_of_6) : DRENCH_BY_ISA(products_of_3))(below, panel.columns(), panel.stride, 3 * i,
-                                                                        from, end, room, end);
+    (two ? loops.products_of_6 : loops.products_of_3)(below, panel.columns(), panel.stride, 3 * i, from, end, room,
+                                                      end);
     Real* to[6]{};
     for (Index q = 0; q < (two ? 6 : 3); ++q) {
       const Index column = 3 * (row_[at(panel.row_begin + i + q / 3)] - target.first) + q % 3;
       to[q] = values_.data() + target.at + at(column) * at(target.stride);
     }
-    (two ? DRENCH_BY_ISA(subtract_runs_of_6) : DRENCH_BY_ISA(subtract_runs_of_3))(room, end, first, last, to);
+    (two ? loops.subtract_runs_of_6 : loops.subtract_runs_of_3)(room, end, first, last, to);
   }
 }
 
 void BlockCholesky::solve(Real* x) {
   const std::size_t between = 3 * between_.size();
   Real* const lost = lost_.data();
-  parallel("drench::cloth::solve_parts", parts_, [=, this](const Index p) {
+  host_parallel("drench::cloth::solve_parts", parts_, [=, this](const Index p) {
     std::fill_n(lost + at(p) * between, between, Real(0));
     forward(p, x, lost + at(p) * between);
   });
@@ -258,11 +256,11 @@ void BlockCholesky::solve(Real* x) {
     }
   forward(parts_, x, nullptr);
   backward(parts_, x);
-  parallel("drench::cloth::solve_parts", parts_, [=, this](const Index p) { backward(p, x); });
+  host_parallel("drench::cloth::solve_parts", parts_, [=, this](const Index p) { backward(p, x); });
 }
 
 void BlockCholesky::forward(Index part, Real* x, Real* between) const {
-  const auto times = DRENCH_BY_ISA(panel_times);
+  const auto times = panel_loops().panel_times;
   Real own[3 * most_nodes + spare_lanes];
   for (const Index k : panels_of_[at(part)]) {
     const Panel& p = panels_[at(k)];
@@ -280,7 +278,7 @@ void BlockCholesky::forward(Index part, Real* x, Real* between) const {
 }
 
 void BlockCholesky::backward(Index part, Real* x) const {
-  const auto subtract_from = DRENCH_BY_ISA(subtract_transposed);
+  const auto subtract_from = panel_loops().subtract_transposed;
   Real own[3 * most_nodes + spare_lanes];
   const std::vector<Index>& panels = panels_of_[at(part)];
   for (std::size_t k = panels.size(); k-- > 0;) {
@@ -301,5 +299,3 @@ void BlockCholesky::backward(Index part, Real* x) const {
 }
 
 }  // namespace drench::kokkos_backend
-
-#endif

@@ -5,14 +5,9 @@
 #include <vector>
 
 #include "cloth/dissection.hpp"
-#include "core/types.hpp"
+#include "host/panels.hpp"
 
 namespace drench::kokkos_backend {
-
-/// Numbers of a panel's column that are subtracted from neighbouring ones of another.
-struct PanelRun {
-  Index source, target, length;
-};
 
 /// H = L Lᵀ. Threads share the parts of a dissection; the order of all sums depends on the
 /// pattern alone.

@@ -92,6 +92,7 @@ void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolver
     iteration.emplace(constants, bodies, cloth, solver, dt);
     aim(constants, cloth, solver, iteration->system(), dt, loaded, again);
     iteration->run(constants.model.scene.cloth_solver.max_iterations);
+    iteration->finish_on_host();
     iteration->line_search();
     report.cloth_iterations += iteration->progress().iterations;
   } while (reaction.moves_on(iteration->system(), solver.displacement, cloth.nodes.count));

@@ -1,7 +1,5 @@
 #include "cloth/dissection.hpp"
 
-#ifndef KOKKOS_ENABLE_CUDA
-
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
@@ -154,5 +152,3 @@ std::vector<Index> postorder(const std::vector<Index>& parent) {
 }
 
 }  // namespace drench::kokkos_backend
-
-#endif

@@ -1,6 +1,6 @@
 #include "cloth/exact_residual.hpp"
 
-#ifndef KOKKOS_ENABLE_CUDA
+#include "core/host_parallel.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -12,14 +12,14 @@ ExactResidual::ExactResidual(const Cloth& cloth)
 void ExactResidual::evaluate(const ClothSystem& s, const std::vector<Double3>& shift, std::vector<Double3>& residual) {
   const Double3* const u = shift.data();
   Double3* const on_corner = corner_force_.data();
-  parallel("drench::cloth::exact_triangles", triangles_, [=](const Index t) {
+  host_parallel("drench::cloth::exact_triangles", triangles_, [=](const Index t) {
     const Columns<double> stress =
         s.triangle_stress(t, u[s.triangle(3 * t)], u[s.triangle(3 * t + 1)], u[s.triangle(3 * t + 2)]);
     for (Index c = 1; c < 3; ++c)
       on_corner[2 * t + c - 1] = corner_force(stress, corner_gradient(s.triangle_shape(t), c));
   });
   Double3* const r = residual.data();
-  parallel("drench::cloth::exact_residual", nodes_, [=](const Index n) {
+  host_parallel("drench::cloth::exact_residual", nodes_, [=](const Index n) {
     if (s.pinned(n)) {
       r[n] = {};
       return;
@@ -39,5 +39,3 @@ void ExactResidual::evaluate(const ClothSystem& s, const std::vector<Double3>& s
 }
 
 }  // namespace drench::kokkos_backend
-
-#endif

@@ -1,13 +1,12 @@
-#include "cloth/solver.hpp"
-
-#ifndef KOKKOS_ENABLE_CUDA
+#include "cloth/newton.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "base/stop_request.hpp"
-#include "cloth/newton.hpp"
+#include "cloth/host_cloth.hpp"
+#include "cloth/solver.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -143,16 +142,16 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
 }
 
 void NewtonCloth::start(const ClothSystem& s, const Entries<const Real3>& displacement) {
-  parallel("drench::cloth::newton_begin", nodes_, [&](const Index n) {
+  host_parallel("drench::cloth::newton_begin", nodes_, [&](const Index n) {
     Double3& shift = now_.shift[at(n)];
     shift = widen(displacement(n));
     if (!s.pinned(n)) shift = project_out(s.solids, s.start(n), shift, s.clearance(n));
   });
 }
 
-bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress,
-                      int most, double tolerance) {
-  if (fresh_) start(s, std::as_const(solver).displacement);
+bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSystem& s, ClothProgress& progress, int most,
+                      double tolerance) {
+  if (fresh_) start(s, displacement);
   fresh_ = false;
   away_.assign(s.solids.count > 0 ? at(nodes_) : 0, {});
   goal_ = goal_of(s, tolerance);
@@ -179,15 +178,12 @@ bool NewtonCloth::run(const Cloth& cloth, ClothSolverWork& solver, const ClothSy
   }
   if (now_.over_goal > 1 && !best_shift.empty()) now_.shift = best_shift;
   progress.residual = std::min(best, now_.over_goal);
-  write_result(cloth, solver, s);
   return progress.residual <= 1 || cap == most;
 }
 
-void NewtonCloth::write_result(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) const {
-  const Entries<Real3> result = solver.displacement, before = solver.last_displacement;
-  parallel("drench::cloth::newton_end", cloth.nodes.count, [&](const Index n) {
-    if (!s.pinned(n)) result(n) = narrow(now_.shift[at(n)]);
-    before(n) = result(n);
+void NewtonCloth::write_result(const ClothSystem& s, const Entries<Real3>& displacement) const {
+  host_parallel("drench::cloth::newton_end", nodes_, [&](const Index n) {
+    if (!s.pinned(n)) displacement(n) = narrow(now_.shift[at(n)]);
   });
 }
 
@@ -250,7 +246,7 @@ Double3 NewtonCloth::within_plane(const ClothSystem& s, Index n, const Iterate& 
 void NewtonCloth::move(const ClothSystem& s, const Iterate& from) {
   double length = first_length_;
   for (int halvings = 0;; ++halvings) {
-    parallel("drench::cloth::newton_move", nodes_, [&](const Index n) {
+    host_parallel("drench::cloth::newton_move", nodes_, [&](const Index n) {
       Double3& to = next_.shift[at(n)];
       to = from.shift[at(n)];
       if (s.pinned(n)) return;
@@ -269,7 +265,7 @@ void NewtonCloth::move(const ClothSystem& s, const Iterate& from) {
 int NewtonCloth::solve_linear(const ClothSystem& s) {
   tangent_.multiply(s, freedom_, true, correction_, room_);
   NodeVector& r = right_;
-  parallel("drench::cloth::newton_right", nodes_, [&](const Index n) {
+  host_parallel("drench::cloth::newton_right", nodes_, [&](const Index n) {
     auto own = at_node(r, n);
     own -= at_node(room_, n);
     if (!freedom_[at(n)].all) own = (freedom_[at(n)].free * own).eval();
@@ -288,7 +284,7 @@ int NewtonCloth::solve_linear(const ClothSystem& s) {
     const double norm = std::sqrt(sums_.dot(q, q));
     if (!(norm > 0)) return k;
     const Real scale = Real(1 / norm), a = Real(sums_.dot(r, q) / norm);
-    parallel("drench::cloth::newton_solution", nodes_, [&](const Index n) {
+    host_parallel("drench::cloth::newton_solution", nodes_, [&](const Index n) {
       at_node(q, n) *= scale;
       at_node(z, n) *= scale;
       at_node(change_, n) += a * at_node(z, n);
@@ -317,32 +313,38 @@ void NewtonCloth::make_orthogonal(int k) {
 }
 
 bool prepare_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, bool pushes_bodies) {
+  if constexpr (!on_host) return false;
   if (!solver.newton) solver.newton = std::make_shared<NewtonCloth>(cloth, s);
   solver.newton->prepare(cloth, s, pushes_bodies);
   return true;
 }
 
-bool run_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
-                double tolerance) {
-  return solver.newton->run(cloth, solver, s, progress, most, tolerance);
+bool run_newton(ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most, double tolerance) {
+  const bool done = solver.newton->run(std::as_const(solver).displacement, s, progress, most, tolerance);
+  restore_newton(solver, s);
+  return done;
 }
 
 void begin_newton_anew(ClothSolverWork& solver) { solver.newton->begin_anew(); }
-void restore_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) {
-  solver.newton->write_result(cloth, solver, s);
+
+void restore_newton(ClothSolverWork& solver, const ClothSystem& s) {
+  solver.newton->write_result(s, solver.displacement);
+  Kokkos::deep_copy(solver.last_displacement, solver.displacement);
+}
+
+void run_newton_on_host(const Bodies& bodies, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s,
+                        bool pushes_bodies, ClothProgress& progress, double tolerance) {
+  const HostCloth host(bodies, cloth, solver, s);
+  if (!solver.newton) solver.newton = std::make_shared<NewtonCloth>(cloth, host.system);
+  solver.newton->prepare(cloth, host.system, pushes_bodies);
+  const double before = progress.residual;
+  solver.newton->run(host.displacement, host.system, progress, most_iterations, tolerance);
+  if (!(progress.residual < before)) {
+    progress.residual = before;
+    return;
+  }
+  solver.newton->write_result(host.system, host.displacement);
+  host.write_displacement(solver);
 }
 
 }  // namespace drench::kokkos_backend
-
-#else
-
-namespace drench::kokkos_backend {
-
-bool prepare_newton(const Cloth&, ClothSolverWork&, const ClothSystem&, bool) { return false; }
-bool run_newton(const Cloth&, ClothSolverWork&, const ClothSystem&, ClothProgress&, int, double) { return false; }
-void begin_newton_anew(ClothSolverWork&) {}
-void restore_newton(const Cloth&, ClothSolverWork&, const ClothSystem&) {}
-
-}  // namespace drench::kokkos_backend
-
-#endif

@@ -1,6 +1,7 @@
 #pragma once
-// The cloth's implicit step on a host by Newton's method; contact with solids as an active set of nodes that stick and
-// that slip. Law: docs/theory/cloth.md, sections 8 and 11.
+// The cloth's implicit step by Newton's method on a host, or on the host of a GPU where the iterations there do not
+// converge; contact with solids as an active set of nodes that stick and that slip. All arrays are the host's. Law:
+// docs/theory/cloth.md, sections 8 and 11.
 
 #include <vector>
 
@@ -35,15 +36,15 @@ class NewtonCloth {
   NewtonCloth(const Cloth& cloth, const ClothSystem& system);
   /// Begins a solve. `pushes_bodies`: do dynamic bodies feel the cloth?
   void prepare(const Cloth& cloth, const ClothSystem& system, bool pushes_bodies);
-  /// The solve goes on from solver.displacement, which others have changed.
+  /// The solve goes on from displacements that others have changed.
   void begin_anew() { fresh_ = true; }
-  /// Iterates until the residual is within its goal, at least once and `most` times at most; from solver.displacement
-  /// at the first call of a solve, and then from where the last call ended. The best iterate goes to
-  /// solver.displacement. False: it has not converged, and other iterations have to go on.
-  bool run(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
+  /// Iterates until the residual is within its goal, at least once and `most` times at most; from `displacement` (m) at
+  /// the first call of a solve, and then from where the last call ended. False: it has not converged, and other
+  /// iterations have to go on.
+  bool run(const Entries<const Real3>& displacement, const ClothSystem& s, ClothProgress& progress, int most,
            double tolerance);
-  /// The best iterate of the last solve goes to solver.displacement.
-  void write_result(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s) const;
+  /// The best iterate of the last solve, m; pinned nodes keep what they have.
+  void write_result(const ClothSystem& s, const Entries<Real3>& displacement) const;
 
  private:
   enum class State : std::uint8_t { apart, sticks, slips };

@@ -1,15 +1,12 @@
 // Who touches the solids, who sticks and who slips (docs/theory/cloth.md, section 8).
 
-#include "cloth/solver.hpp"
-
-#ifndef KOKKOS_ENABLE_CUDA
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "cloth/newton.hpp"
 #include "cloth/slip.hpp"
+#include "cloth/solver.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -28,7 +25,7 @@ void NewtonCloth::begin_zone(const ClothSystem& s) {
     zone_.emplace_back();
     zone_.back().node = n;
   }
-  parallel("drench::cloth::newton_zone", static_cast<Index>(zone_.size()), [&](const Index k) {
+  host_parallel("drench::cloth::newton_zone", static_cast<Index>(zone_.size()), [&](const Index k) {
     ZoneNode& z = zone_[at(k)];
     const Index n = z.node;
     const NodeNearby& near = now_.near[at(n)];
@@ -108,7 +105,7 @@ void NewtonCloth::touch_where_pressed(const ClothSystem& s) {
 }
 
 void NewtonCloth::set_contact_rows(const ClothSystem& s) {
-  parallel("drench::cloth::newton_rows", nodes_, [&](const Index n) {
+  host_parallel("drench::cloth::newton_rows", nodes_, [&](const Index n) {
     const State before = state_[at(n)];
     set_row(s, n);
     toggles_[at(n)] = state_[at(n)] != before;
@@ -186,5 +183,3 @@ void NewtonCloth::set_row(const ClothSystem& s, Index n) {
 }
 
 }  // namespace drench::kokkos_backend
-
-#endif

@@ -1,14 +1,11 @@
 // Where the Newton steps of a few nodes do not settle: nonlinear Gauss-Seidel there (docs/theory/cloth.md, section 8).
 
-#include "cloth/solver.hpp"
-
-#ifndef KOKKOS_ENABLE_CUDA
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <numeric>
 
 #include "cloth/newton.hpp"
+#include "cloth/solver.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -96,5 +93,3 @@ bool NewtonCloth::relax_locally(const ClothSystem& s) {
 }
 
 }  // namespace drench::kokkos_backend
-
-#endif

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/types.hpp"
+#include "core/host_parallel.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -27,8 +27,8 @@ inline constexpr Index numbers_per_chunk = 192;
 /// Calls part(begin, end) for chunks of [0, count), which threads share.
 template <class Part>
 void for_chunks(const char* label, Index count, const Part& part) {
-  parallel(label, (count + numbers_per_chunk - 1) / numbers_per_chunk,
-           [&](const Index p) { part(p * numbers_per_chunk, std::min(count, (p + 1) * numbers_per_chunk)); });
+  host_parallel(label, (count + numbers_per_chunk - 1) / numbers_per_chunk,
+                [&](const Index p) { part(p * numbers_per_chunk, std::min(count, (p + 1) * numbers_per_chunk)); });
 }
 
 /// Sums of nodes in chunks of fixed length, which are added one after the other.
@@ -40,7 +40,7 @@ class ChunkedSums {
     const Index chunks = (nodes + length - 1) / length;
     parts_.resize(static_cast<std::size_t>(chunks));
     double* const part = parts_.data();
-    parallel(label, chunks, [=, &term](const Index p) {
+    host_parallel(label, chunks, [=, &term](const Index p) {
       double sum = 0;
       for (Index n = p * length; n < std::min(nodes, (p + 1) * length); ++n) sum += term(n);
       part[p] = sum;

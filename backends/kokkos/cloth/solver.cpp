@@ -230,7 +230,7 @@ void ClothIteration::run(int most) {
   if (progress_.iterations > 0) progress_.move_on(system_.solids.extent(0) > 0);
   const int end = progress_.iterations + most;
   if (newton_) {
-    if (run_newton(cloth_, solver_, system_, progress_, most, tolerance_)) return;
+    if (run_newton(solver_, system_, progress_, most, tolerance_)) return;
     begin_newton_anew(solver_);
   }
   const double before = progress_.residual;
@@ -241,7 +241,7 @@ void ClothIteration::run(int most) {
   } while (progress_.residual > 1 && progress_.iterations < end);
   // These iterations may end farther from the solution than Newton's method did.
   if (!newton_ || progress_.residual <= before) return;
-  restore_newton(cloth_, solver_, system_);
+  restore_newton(solver_, system_);
   progress_.residual = before;
 }
 
@@ -249,6 +249,12 @@ const ClothProgress& ClothIteration::progress() {
   if (under_way_) progress_ = resident_progress(solver_);
   under_way_ = false;
   return progress_;
+}
+
+void ClothIteration::finish_on_host() {
+  const Model& model = constants_.model;
+  if (on_host || method_ != ClothMethod::pd || model.jacobi_cloth || progress().residual <= 1) return;
+  run_newton_on_host(bodies_, cloth_, solver_, system_, model.cloth_pushes_bodies(), progress_, tolerance_);
 }
 
 void ClothIteration::line_search() {

@@ -28,7 +28,7 @@ struct ClothSolverWork {
       last_triangle_stress;                        // 2 per triangle with a limit or a membrane: the columns of P, N·m
   Field<Real> triangle_rate;                       // 2 per triangle: θ, 1
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
-  std::shared_ptr<class NewtonCloth> newton;       // of a host (cloth/newton.hpp)
+  std::shared_ptr<class NewtonCloth> newton;       // of a host, or of a GPU's (cloth/newton.hpp)
 };
 
 MemoryEstimate cloth_solver_bytes(const Sizing& s);
@@ -383,6 +383,8 @@ class ClothIteration {
   void run(int most);
   /// Waits for the iterations. The residual is in units of its goal: converged if ≤ 1.
   const ClothProgress& progress();
+  /// Where the iterations of a GPU have ended at their cap, Newton's method goes on, on its host. Waits.
+  void finish_on_host();
   /// Shortens the step of each cloth where a solve that ended at its cap has led uphill (line search, cloth.hpp).
   /// Waits.
   void line_search();
@@ -420,15 +422,18 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
 ClothProgress resident_progress(const ClothSolverWork& solver);
 
 // newton.cpp: on a host Newton's method needs few iterations.
-/// Can it be done: on a host. (Then it makes its arrays.)
+/// Can it be done: where kernels run on the host. (Then it makes its arrays.)
 bool prepare_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, bool pushes_bodies);
-/// NewtonCloth::run.
-bool run_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most,
-                double tolerance);
+/// NewtonCloth::run, from the displacements to them.
+bool run_newton(ClothSolverWork& solver, const ClothSystem& s, ClothProgress& progress, int most, double tolerance);
 /// NewtonCloth::begin_anew.
 void begin_newton_anew(ClothSolverWork& solver);
 /// Displacements from the best iterate of Newton's method: NewtonCloth::write_result.
-void restore_newton(const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
+void restore_newton(ClothSolverWork& solver, const ClothSystem& s);
+/// A GPU's host goes on from the displacements with Newton's method; they stay as they are where that does not make the
+/// residual smaller. Its arrays are made at the first call. Waits.
+void run_newton_on_host(const Bodies& bodies, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s,
+                        bool pushes_bodies, ClothProgress& progress, double tolerance);
 
 // xpbd.cpp
 /// Of the multipliers and their rates.

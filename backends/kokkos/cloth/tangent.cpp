@@ -1,13 +1,11 @@
-#include "cloth/solver.hpp"
-
-#ifndef KOKKOS_ENABLE_CUDA
+#include "cloth/tangent.hpp"
 
 #include <algorithm>
 #include <map>
 
 #include "cloth/limit_stiffness.hpp"
 #include "cloth/membrane_stiffness.hpp"
-#include "cloth/tangent.hpp"
+#include "cloth/solver.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -136,7 +134,7 @@ void ClothTangent::find_targets(const ClothSystem& s) {
 void ClothTangent::add_triangles(const ClothSystem& s, const std::vector<Double3>& shift) {
   const Double3* const u = shift.data();
   Matrix3* const block = of_triangle_.data();
-  parallel("drench::cloth::tangent_triangles", triangles_, [=](const Index t) {
+  host_parallel("drench::cloth::tangent_triangles", triangles_, [=](const Index t) {
     const auto moved = [u](const Index n) { return narrow(u[n]); };
     const CornerGradient b = corner_gradient(s.triangle_shape(t), 1), c = corner_gradient(s.triangle_shape(t), 2);
     LimitStiffness limit;
@@ -166,7 +164,7 @@ void ClothTangent::add_triangles(const ClothSystem& s, const std::vector<Double3
 void ClothTangent::update(const ClothSystem& s, const std::vector<Double3>& shift) {
   add_triangles(s, shift);
   const Double3* const u = shift.data();
-  parallel("drench::cloth::tangent_nodes", nodes_, [=, this](const Index n) {
+  host_parallel("drench::cloth::tangent_nodes", nodes_, [=, this](const Index n) {
     if (s.pinned(n)) return;
     Matrix3 sum = s.mass(n) * s.inverse_dt2 * Matrix3::Identity();
     for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l)
@@ -210,7 +208,7 @@ void ClothTangent::subtract_change(const ClothSystem& s, Index n, const Column3&
 
 void ClothTangent::multiply(const ClothSystem& s, const std::vector<NodeFreedom>& freedom, bool contact_rows,
                             const NodeVector& x, NodeVector& y) const {
-  parallel("drench::cloth::tangent_times", nodes_, [&, this](const Index n) {
+  host_parallel("drench::cloth::tangent_times", nodes_, [&, this](const Index n) {
     if (s.pinned(n)) {
       at_node(y, n).setZero();
       return;
@@ -246,7 +244,7 @@ void ClothTangent::factor(const ClothSystem& s, const std::vector<NodeFreedom>& 
       for (int r = 0; r < 3; ++r)
         values[to.at + at(c) * at(to.stride) + at(r)] = std::abs(k(r, c)) > least ? k(r, c) : Real(0);
   };
-  parallel("drench::cloth::tangent_factor", nodes_, [&, this](const Index n) {
+  host_parallel("drench::cloth::tangent_factor", nodes_, [&, this](const Index n) {
     if (row_of_[at(n)] < 0) return;
     const NodeFreedom& f = freedom[at(n)];
     Matrix3 k = own_[at(n)] + near_bending_[at(n)] * Matrix3::Identity();
@@ -273,7 +271,7 @@ void ClothTangent::factor(const ClothSystem& s, const std::vector<NodeFreedom>& 
 
 void ClothTangent::precondition(const std::vector<NodeFreedom>& freedom, const NodeVector& r, NodeVector& z) {
   const auto each = [this](const auto& act) {
-    parallel("drench::cloth::tangent_place", static_cast<Index>(free_.size()), [&, this](const Index k) {
+    host_parallel("drench::cloth::tangent_place", static_cast<Index>(free_.size()), [&, this](const Index k) {
       act(free_[at(k)], Eigen::Map<Column3>(solution_.data() + 3 * factor_.place(k)));
     });
   };
@@ -289,5 +287,3 @@ void ClothTangent::precondition(const std::vector<NodeFreedom>& freedom, const N
 }
 
 }  // namespace drench::kokkos_backend
-
-#endif

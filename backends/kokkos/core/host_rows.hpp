@@ -5,8 +5,8 @@
 #include <array>
 #include <cstring>
 
-#include "core/isa.hpp"
 #include "core/row_search.hpp"
+#include "host/isa.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -99,7 +99,7 @@ constexpr std::array<std::uint64_t, 256> packed_lanes = pack_lanes();
 }  // namespace drench::kokkos_backend
 
 #define DRENCH_ISA_FILE "core/near_of_row.inl"
-#include "core/for_each_isa.hpp"
+#include "host/for_each_isa.hpp"
 
 namespace drench::kokkos_backend {
 

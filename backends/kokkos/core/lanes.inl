@@ -1,4 +1,4 @@
-// Vectors of numbers for one instruction set (core/for_each_isa.hpp): loops over the rows of a list take some pairs at
+// Vectors of numbers for one instruction set (host/for_each_isa.hpp): loops over the rows of a list take some pairs at
 // once. A sum has 16 parts on every instruction set, and pair k goes to part k modulo 16: all of them compute the same
 // bits.
 

@@ -4,8 +4,8 @@
 
 #include <cstring>
 
-#include "core/isa.hpp"
 #include "core/neighbor_list.hpp"
+#include "host/isa.hpp"
 
 #ifdef DRENCH_LANES
 

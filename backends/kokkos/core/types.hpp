@@ -7,9 +7,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "base/types.hpp"
 #include "core/host_loops.hpp"
-#include "drench_precision.hpp"
+#include "host/real.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -17,11 +16,6 @@ using ExecSpace = Kokkos::DefaultExecutionSpace;
 using MemSpace = ExecSpace::memory_space;
 /// Do kernels run on the host? A GPU wants other loops here and there.
 inline constexpr bool on_host = std::is_same_v<MemSpace, Kokkos::HostSpace>;
-#ifdef DRENCH_DOUBLE
-using Real = double;
-#else
-using Real = float;
-#endif
 #if defined(KOKKOS_ENABLE_DEBUG_BOUNDS_CHECK) || !defined(NDEBUG)
 #define DRENCH_CHECK_BOUNDS
 #endif

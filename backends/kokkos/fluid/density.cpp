@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "cloth/boundary_edges.hpp"
-#include "core/isa.hpp"
 #include "core/liquid_pairs.hpp"
 #include "core/neighbor_search.hpp"
 #include "coupling/body_response.hpp"
@@ -13,6 +12,7 @@
 #include "coupling/wall_push.hpp"
 #include "fluid/stages.hpp"
 #include "fluid/wall_gain.hpp"
+#include "host/isa.hpp"
 #include "particles/coincident_pairs.hpp"
 #include "particles/source_ramp.hpp"
 
@@ -196,7 +196,7 @@ struct DensityPairs {
 }  // namespace drench::kokkos_backend
 
 #define DRENCH_ISA_FILE "fluid/density_rows.inl"
-#include "core/for_each_isa.hpp"
+#include "host/for_each_isa.hpp"
 
 namespace drench::kokkos_backend {
 namespace {

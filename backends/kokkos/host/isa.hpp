@@ -1,13 +1,14 @@
 #pragma once
-// Which instruction sets the host's code is compiled for (core/for_each_isa.hpp), and which of them is run.
+// Which instruction sets the host's code is compiled for (host/for_each_isa.hpp), and which of them is run.
 
-#include "core/types.hpp"
+#include "host/real.hpp"
 
-// Rows in vectors are a host's; a GPU's kernels have a thread a row.
-#if !defined(KOKKOS_ENABLE_CUDA) && !defined(KOKKOS_ENABLE_HIP) && !defined(KOKKOS_ENABLE_SYCL)
+// Rows in vectors are a host's; a GPU's kernels have a thread a row. Of a build for a GPU only files without kernels
+// are not compiled by nvcc.
+#ifndef __CUDACC__
 #define DRENCH_LANES
 #endif
-// g++ compiles parts of a file for other processors by a pragma; nvcc and clang have none that does.
+// g++ compiles parts of a file for other processors by a pragma; clang has none that does.
 #if defined(DRENCH_LANES) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define DRENCH_SEVERAL_ISAS
 #include <immintrin.h>

@@ -2,7 +2,7 @@
 // DRENCH_ISA_BITS 128, 256 and 512. best_isa() chooses the one that runs. Nothing is contracted to fused multiply-adds,
 // so all of them compute the same bits. (No pragma once: a file of code may include it several times.)
 
-#include "core/isa.hpp"
+#include "host/isa.hpp"
 
 #ifdef DRENCH_LANES
 #define DRENCH_ISA_BITS 128

@@ -1,4 +1,4 @@
-#include "core/isa.hpp"
+#include "host/isa.hpp"
 
 #include <algorithm>
 #include <cstdlib>

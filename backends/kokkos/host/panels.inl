@@ -1,4 +1,4 @@
-// Dense loops over a panel of a Cholesky factor (cloth/block_cholesky.cpp), for one instruction set. A panel lies by
+// Dense loops over a panel of a Cholesky factor (host/panels.hpp), for one instruction set. A panel lies by
 // columns, `stride` numbers apart, a multiple of 16. A row's sums run in the order of columns; a column's have 16
 // parts. Arrays of registers are never set to 0 and have loops of known lengths: g++ keeps others in memory.
 
@@ -199,3 +199,6 @@ inline void subtract_runs_of_6(const Real* products, Index stride, const PanelRu
                                Real* const* to) {
   subtract_runs<6>(products, stride, run, end, to);
 }
+
+inline constexpr PanelLoops loops{factor_panel,       invert_panel,       products_of_3, products_of_6,
+                                  subtract_runs_of_3, subtract_runs_of_6, panel_times,   subtract_transposed};

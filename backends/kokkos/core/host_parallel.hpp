@@ -1,0 +1,18 @@
+#pragma once
+// Loops over arrays of the host, also in a build whose kernels run on a GPU.
+
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend {
+
+/// body(i) for i in [0, n): parallel() where kernels run on the host, else one thread.
+template <class Body>
+void host_parallel(const char* label, Index n, const Body& body) {
+  if constexpr (on_host) {
+    parallel(label, n, body);
+  } else {
+    for (Index i = 0; i < n; ++i) body(i);
+  }
+}
+
+}  // namespace drench::kokkos_backend
