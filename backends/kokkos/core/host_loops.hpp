@@ -9,7 +9,7 @@
 
 namespace drench::kokkos_backend {
 
-/// How many of the threads share loops (core/runtime.cpp).
+/// How many of the threads share loops (core/runtime.cpp); beside a GPU, those of host_parallel().
 struct HostLoops {
   static inline int threads = 1, all = 1;
   /// A loop that takes less is not shared, ns: threads that spin are there within one or two µs, those that sleep after

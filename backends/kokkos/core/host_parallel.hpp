@@ -5,13 +5,26 @@
 
 namespace drench::kokkos_backend {
 
-/// body(i) for i in [0, n): parallel() where kernels run on the host, else one thread.
+/// body(i) for i in [0, n): parallel() where kernels run on the host; else by the threads of the GPU's host, with
+/// neighbouring indexes on one thread.
 template <class Body>
 void host_parallel(const char* label, Index n, const Body& body) {
+  if (n <= 0) return;
   if constexpr (on_host) {
     parallel(label, n, body);
   } else {
-    for (Index i = 0; i < n; ++i) body(i);
+    static LoopTime time;
+    run_timed(
+        time, n,
+        [&] {
+          for (Index i = 0; i < n; ++i) body(i);
+        },
+        [&] {
+#ifdef _OPENMP
+#pragma omp parallel for schedule(static) num_threads(HostLoops::threads)
+#endif
+          for (Index i = 0; i < n; ++i) body(i);
+        });
   }
 }
 

@@ -58,7 +58,11 @@ void count_allocations() {
 /// Threads of a host, and whether they sleep while they wait.
 void settle_loops() {
   using kokkos_backend::HostLoops;
-  if constexpr (!kokkos_backend::on_host) return;
+  if constexpr (!kokkos_backend::on_host) {
+    constexpr int most = 8;  // more do not make Newton's method for cloth faster
+    HostLoops::threads = std::clamp(Kokkos::DefaultHostExecutionSpace().concurrency() / started_ranks(), 1, most);
+    return;
+  }
   HostLoops::threads = HostLoops::all = kokkos_backend::ExecSpace().concurrency();
   const char* const policy = std::getenv("OMP_WAIT_POLICY");
   if (policy != nullptr && (policy[0] == 'p' || policy[0] == 'P')) HostLoops::worth = 2e5F;
@@ -151,7 +155,9 @@ BackendRuntime::~BackendRuntime() {
 
 int loop_threads() { return kokkos_backend::on_host ? kokkos_backend::HostLoops::all : 1; }
 
-void share_loops(int threads) { kokkos_backend::HostLoops::threads = std::clamp(threads, 1, loop_threads()); }
+void share_loops(int threads) {
+  if (kokkos_backend::on_host) kokkos_backend::HostLoops::threads = std::clamp(threads, 1, loop_threads());
+}
 
 double loop_cores() {
   double cores = 1;
