@@ -63,7 +63,6 @@ void HostCloth::write_displacement(ClothSolverWork& solver) const {
   const Kokkos::View<const Real3*, Kokkos::HostSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>> result(
       displacement.data, solver.displacement.extent(0));
   Kokkos::deep_copy(static_cast<const Array<Real3>&>(solver.displacement), result);
-  Kokkos::deep_copy(static_cast<const Array<Real3>&>(solver.last_displacement), result);
 }
 
 }  // namespace drench::kokkos_backend

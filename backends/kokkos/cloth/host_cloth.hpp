@@ -12,7 +12,7 @@ namespace drench::kokkos_backend {
 class HostCloth {
  public:
   HostCloth(const Bodies& bodies, const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s);
-  /// Both displacements of the solver become those here.
+  /// The solver's displacements become those here.
   void write_displacement(ClothSolverWork& solver) const;
 
   ClothSystem system;  // without what Jacobi iterations alone read

@@ -158,7 +158,7 @@ bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSyste
   measure(s, now_);
   anderson_.clear();
   double best = now_.over_goal;
-  Vectors best_shift;
+  Vectors best_shift = now_.shift;
   std::vector<double> past;
   const int cap = std::min(most, most_iterations);
   for (int k = 0; k < cap && !(now_.over_goal <= 1 && k > 0); ++k) {
@@ -176,7 +176,7 @@ bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSyste
     best = now_.over_goal;
     if (best > 1) best_shift = now_.shift;
   }
-  if (now_.over_goal > 1 && !best_shift.empty()) now_.shift = best_shift;
+  if (now_.over_goal > 1) now_.shift = best_shift;
   progress.residual = std::min(best, now_.over_goal);
   return progress.residual <= 1 || cap == most;
 }
@@ -333,16 +333,11 @@ void restore_newton(ClothSolverWork& solver, const ClothSystem& s) {
 }
 
 void run_newton_on_host(const Bodies& bodies, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s,
-                        bool pushes_bodies, ClothProgress& progress, double tolerance) {
+                        bool pushes_bodies, ClothProgress& progress, int most, double tolerance) {
   const HostCloth host(bodies, cloth, solver, s);
   if (!solver.newton) solver.newton = std::make_shared<NewtonCloth>(cloth, host.system);
   solver.newton->prepare(cloth, host.system, pushes_bodies);
-  const double before = progress.residual;
-  solver.newton->run(host.displacement, host.system, progress, most_iterations, tolerance);
-  if (!(progress.residual < before)) {
-    progress.residual = before;
-    return;
-  }
+  solver.newton->run(host.displacement, host.system, progress, most, tolerance);
   solver.newton->write_result(host.system, host.displacement);
   host.write_displacement(solver);
 }

@@ -14,8 +14,9 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr double rounding = 0.5;  // of ε Σ D L: what is left of a residual that is summed in this precision
-constexpr double trusted = 10;    // × the residual without multipliers: what xpbd may start from
+constexpr double rounding = 0.5;         // of ε Σ D L: what is left of a residual that is summed in this precision
+constexpr double trusted = 10;           // × the residual without multipliers: what xpbd may start from
+constexpr int checks_after_newton = 10;  // of iterations that go on from its result on a GPU's host
 
 void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver) {
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
@@ -254,7 +255,27 @@ const ClothProgress& ClothIteration::progress() {
 void ClothIteration::finish_on_host() {
   const Model& model = constants_.model;
   if (on_host || method_ != ClothMethod::pd || model.jacobi_cloth || progress().residual <= 1) return;
-  run_newton_on_host(bodies_, cloth_, solver_, system_, model.cloth_pushes_bodies(), progress_, tolerance_);
+  double best = progress_.residual;
+  const Array<Real3> kept("drench::cloth::best_displacement", solver_.displacement.extent(0));
+  const auto keep = [&](double found) {
+    if (!(found < best)) return;
+    best = found;
+    Kokkos::deep_copy(kept, static_cast<const Array<Real3>&>(solver_.displacement));
+  };
+  Kokkos::deep_copy(kept, static_cast<const Array<Real3>&>(solver_.displacement));
+  run_newton_on_host(bodies_, cloth_, solver_, system_, model.cloth_pushes_bodies(), progress_,
+                     model.scene.cloth_solver.max_iterations, tolerance_);
+  if (progress_.residual <= 1) return;
+  // Its goal allows for the rounding of double precision alone, that of the iterations for the kernels'.
+  keep(residual());
+  progress_.move_on(system_.solids.extent(0) > 0);
+  for (int checks = 0; checks < checks_after_newton && best > 1; ++checks) {
+    advance(check_interval);
+    progress_.judge(residual());
+    keep(progress_.residual);
+  }
+  Kokkos::deep_copy(static_cast<const Array<Real3>&>(solver_.displacement), kept);
+  progress_.residual = best;
 }
 
 void ClothIteration::line_search() {

@@ -383,7 +383,8 @@ class ClothIteration {
   void run(int most);
   /// Waits for the iterations. The residual is in units of its goal: converged if ≤ 1.
   const ClothProgress& progress();
-  /// Where the iterations of a GPU have ended at their cap, Newton's method goes on, on its host. Waits.
+  /// Where the iterations of a GPU have ended at their cap, Newton's method goes on, on its host, and then a few more
+  /// iterations; the best of what they find is the result. Waits.
   void finish_on_host();
   /// Shortens the step of each cloth where a solve that ended at its cap has led uphill (line search, cloth.hpp).
   /// Waits.
@@ -430,10 +431,9 @@ bool run_newton(ClothSolverWork& solver, const ClothSystem& s, ClothProgress& pr
 void begin_newton_anew(ClothSolverWork& solver);
 /// Displacements from the best iterate of Newton's method: NewtonCloth::write_result.
 void restore_newton(ClothSolverWork& solver, const ClothSystem& s);
-/// A GPU's host goes on from the displacements with Newton's method; they stay as they are where that does not make the
-/// residual smaller. Its arrays are made at the first call. Waits.
+/// NewtonCloth::run on a GPU's host, from the displacements to them; its arrays are made at the first call. Waits.
 void run_newton_on_host(const Bodies& bodies, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s,
-                        bool pushes_bodies, ClothProgress& progress, double tolerance);
+                        bool pushes_bodies, ClothProgress& progress, int most, double tolerance);
 
 // xpbd.cpp
 /// Of the multipliers and their rates.
