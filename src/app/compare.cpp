@@ -69,12 +69,13 @@ class Comparison {
       // the same in each lot; where it comes to is stage cloth's, which keeps its tolerance.
       // Iterates of two methods differ; where they converge to do not, except in contact, which has many states within
       // a tolerance. Without bodies, both sides of stage cloth therefore converge to the tolerance of the comparison.
-      model_.jacobi_cloth = stage == Stage::pressure || !model_.bodies.empty();
+      model_.cloth_engine =
+          stage == Stage::pressure || !model_.bodies.empty() ? ClothEngine::reference : ClothEngine::own;
       ClothSolverScene& solver = model_.scene.cloth_solver;
       solver = cloth_solver_;
       if (stage == Stage::pressure) {
         solver.tolerance = 1e9;
-      } else if (!model_.jacobi_cloth) {
+      } else if (model_.cloth_engine == ClothEngine::own) {
         solver.tolerance = std::min(solver.tolerance, precision_.tolerance);
         solver.max_iterations = std::max(solver.max_iterations, most_cloth_iterations);
       }

@@ -213,6 +213,10 @@ struct Reservoir {
   double solute = 0;           // 1: quanta of solute for each of liquid that it supplies
 };
 
+/// How stage cloth solves: as this build does, by the reference's iterations (drench compare), or as a build for a GPU
+/// does (tests).
+enum class ClothEngine : std::uint8_t { own, reference, gpu };
+
 struct Model {
   Scene scene;                              // as loaded
   double spacing = 0.01;                    // d, m
@@ -222,7 +226,7 @@ struct Model {
   double quantum = 0;                       // q = m0 / 2^32, kg
   double layer_share = 1;                   // d³ S of density.hpp: a plane of wall samples counts for one layer
   double relaxation = 0.3;                  // ω of both pressure solves (setup/smoothing_kernel.hpp)
-  bool jacobi_cloth = false;                // the cloth iterates as the reference does, also on a host (drench compare)
+  ClothEngine cloth_engine{};               // own
   double evaporation_flux = 0;              // j, kg/(m² s): of a wet surface (setup/air.hpp); 0: nothing evaporates
   Quanta min_quanta = 0;                    // m_min = 0.05 m0
   Quanta max_quanta = quanta_per_particle;  // m_max = m0

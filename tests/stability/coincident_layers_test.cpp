@@ -15,6 +15,7 @@ namespace {
 std::string strips(double friction, bool self_collision) {
   return fmt::format(R"(drench: 1
 time: {{step: 0.002, end: 10}}
+cloth_solver: {{tolerance: 1.0e-5}}
 cloth:
   - name: upper
     mesh: {{grid: {{size: [0.2, 0.1], nodes: [11, 6]}}}}

@@ -60,9 +60,8 @@ void crowd(const Model& model, HostState& s) {
 
 void compare_stage(const Comparison& c) {
   drench::Setup setup = setup_from(c.scene);
-  // Contact has many states within a tolerance: both take the same iterations. cloth_newton_test.cpp compares the
-  // others.
-  setup.model.jacobi_cloth = !setup.model.bodies.empty();
+  // Contact has many states within a tolerance: both take the same iterations.
+  if (!setup.model.bodies.empty()) setup.model.cloth_engine = ClothEngine::reference;
   if (c.resolve) c.resolve(setup.model);
   const auto reference = make_reference_backend(setup.model);
   const auto backend = make_kokkos_backend(setup.model);

@@ -208,7 +208,7 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
       floor_(rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
              static_cast<double>(cloth.mesh.mean_edge)),
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
-  newton_ = method_ == ClothMethod::pd && !constants.model.jacobi_cloth &&
+  newton_ = method_ == ClothMethod::pd && constants.model.cloth_engine == ClothEngine::own &&
             prepare_newton(cloth, solver, system_, constants.model.cloth_pushes_bodies());
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
@@ -254,7 +254,8 @@ const ClothProgress& ClothIteration::progress() {
 
 void ClothIteration::finish_on_host() {
   const Model& model = constants_.model;
-  if (on_host || method_ != ClothMethod::pd || model.jacobi_cloth || progress().residual <= 1) return;
+  if (newton_ || method_ != ClothMethod::pd || model.cloth_engine == ClothEngine::reference || progress().residual <= 1)
+    return;
   double best = progress_.residual;
   const Array<Real3> kept("drench::cloth::best_displacement", solver_.displacement.extent(0));
   const auto keep = [&](double found) {
