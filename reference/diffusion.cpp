@@ -26,6 +26,10 @@ double saturation(const ReferenceState& state, Index n) {
   const double s = static_cast<double>(state.s.node_liquid[n]) * state.model.quantum / pore_capacity(state, n);
   return state.node_pores.empty() ? s : std::min(s, material(state, n).max_saturation);
 }
+/// The same without what a film holds.
+double pore_saturation(const ReferenceState& state, Index n) {
+  return material(state, n).film_depth > 0 ? std::min(1.0, saturation(state, n)) : saturation(state, n);
+}
 /// What pressure has left no room for, of what the pores hold under it, 1.
 double squeezed_out(const ReferenceState& state, Index n) {
   const Quanta most = floor_quanta(most_liquid(state, n) / state.model.quantum),
@@ -36,6 +40,47 @@ double squeezed_out(const ReferenceState& state, Index n) {
 double film_thickness(const ReferenceState& state, Index n) {
   const double beyond = static_cast<double>(state.s.node_liquid[n]) * state.model.quantum - pore_capacity(state, n);
   return material(state, n).film_depth * std::max(0.0, beyond / state.model.samples.node_capacity[n]);
+}
+
+/// The suction of fabric with hysteresis as a height of liquid, m, on the node's own curve (docs/theory/porous.md,
+/// Eq. 47).
+double suction(const ClothMaterial& c, double s, double curve) {
+  const double beta = c.retention_exponent;
+  if (s >= 1) return c.capillary_height * (1 - std::pow(s, beta));
+  if (curve < 0) return c.drainage_height * (1 - std::pow(std::max(0.0, s / std::abs(curve)), beta));
+  const double gamma = curve > 0 ? curve : 1;
+  return c.capillary_height * (1 - std::pow(std::max(0.0, 1 - (1 - s) / gamma), beta));
+}
+double suction(const ReferenceState& state, Index n) {
+  return suction(material(state, n), pore_saturation(state, n), state.s.node_scanning[n]);
+}
+
+/// Which curve each node is on in this step.
+void turn_nodes(ReferenceState& state) {
+  constexpr double turning = 1e-3;
+  for (Index n = 0; n < state.s.node_count(); ++n) {
+    const ClothMaterial& c = material(state, n);
+    if (!c.has_hysteresis() || !(state.model.samples.node_capacity[n] > 0)) continue;
+    double &curve = state.s.node_scanning[n], &extreme = state.s.node_extreme[n];
+    const double s = pore_saturation(state, n), beta = c.retention_exponent;
+    if (curve == 0 || s >= 1) {  // it begins, or is full, and has no history
+      curve = 1;
+      extreme = s;
+    }
+    const bool drains = curve < 0;
+    if (drains ? s <= extreme : s >= extreme) {
+      extreme = s;
+    } else if (!drains && s <= extreme - turning) {
+      const double at = std::min(1.0, extreme), height = suction(c, at, curve);
+      curve = -std::min(1.0, at / std::pow(1 - height / c.drainage_height, 1 / beta));
+      extreme = s;
+    } else if (drains && s >= extreme + turning) {
+      const double height = suction(c, extreme, curve);
+      const double wet = height < c.capillary_height ? std::pow(1 - height / c.capillary_height, 1 / beta) : 0;
+      curve = wet < 1 ? std::min(1.0, (1 - extreme) / (1 - wet)) : 1;
+      extreme = s;
+    }
+  }
 }
 
 std::vector<Pair> exchanging_pairs(const ReferenceState& state) {
@@ -76,14 +121,27 @@ double exchange_rate(const ReferenceState& state, const std::vector<Pair>& pairs
   for (const Pair& pair : pairs) {
     const ClothMaterial& c = material(state, pair.first);
     const double e = c.diffusion_exponent, beta = c.retention_exponent;
-    const double most = beta * std::pow(c.pore_saturation(), e + beta - 1);
+    double most = beta * std::pow(c.pore_saturation(), e + beta - 1);
     double steep = std::max(1.0, e * std::pow(c.pore_saturation(), e - 1));
     if (beta != 1) steep = std::max(1.0, (e + beta) * std::pow(c.pore_saturation(), std::max(0.0, e - 1)));
+    if (c.has_hysteresis()) {
+      const double ratio = c.drainage_height / c.capillary_height;
+      steep = std::max(1.0, e * std::pow(c.pore_saturation(), e - 1));
+      most = beta * std::max(most / beta, 1 / (1 - std::pow(1 - 1 / ratio, 1 / beta))) + steep * (ratio - 1);
+    }
     for (const Index n : {pair.first, pair.second})
       rate[n] += (pair.conductance * (most + steep * std::abs(pair.drop)) + steepest_film(state, pair)) /
                  pore_capacity(state, n);
   }
   return rate.empty() ? 0 : *std::max_element(rate.begin(), rate.end());
+}
+
+/// What drives liquid to the first node times the mobility, 1: by suction.
+double scanned(const ReferenceState& state, const Pair& pair) {
+  const ClothMaterial& c = material(state, pair.first);
+  const double drive = (suction(state, pair.first) - suction(state, pair.second)) / c.capillary_height + pair.drop;
+  const double receiver = pore_saturation(state, pair.first), donor = pore_saturation(state, pair.second);
+  return static_cast<double>(drive * mobility(receiver, donor, drive > 0 ? donor : receiver, c.diffusion_exponent));
 }
 
 /// One of n sub-steps of the step dt.
@@ -96,12 +154,13 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
     const Pair& pair = pairs[k];
     const ClothMaterial& c = material(state, pair.first);
     const auto held = [&](Index at) {
-      const double s = c.film_depth > 0 ? std::min(1.0, saturation(state, at)) : saturation(state, at);
+      const double s = pore_saturation(state, at);
       return c.retention_exponent == 1 ? s : std::pow(std::max(0.0, s), c.retention_exponent);
     };
-    const double flux = pair.conductance * driven(held(pair.first), held(pair.second), pair.drop,
-                                                  c.diffusion_exponent / c.retention_exponent) +
-                        film_flux(state, pair) +
+    const double pores = c.has_hysteresis() ? scanned(state, pair)
+                                            : driven(held(pair.first), held(pair.second), pair.drop,
+                                                     c.diffusion_exponent / c.retention_exponent);
+    const double flux = pair.conductance * pores + film_flux(state, pair) +
                         pair.conductance * (squeezed_out(state, pair.second) - squeezed_out(state, pair.first));
     to_first[k] = flux > 0;
     offer[k] = offered_quanta(std::abs(flux) * dt / (n * state.model.quantum));
@@ -186,6 +245,7 @@ std::vector<double> room_limit(const ReferenceState& state, const std::vector<Qu
 void diffusion(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const std::vector<Pair> pairs = exchanging_pairs(state);
   const int n = diffusion_substeps_within_limit(exchange_rate(state, pairs), info, report);
+  if (state.model.has_hysteresis()) turn_nodes(state);
   const std::vector<LayerContact> contacts = touching_layers(state, info.dt / n);
   for (int k = 0; k < n; ++k) {
     exchange_once(state, pairs, info.dt, n);

@@ -139,7 +139,7 @@ void hand_over(const Simulation& from, Simulation& to) {
 /// ∇s); 0 where it does not apply.
 double spread_radius(const Trial& trial, double volume, double time) {
   const MaterialScene& m = trial.material();
-  const double n = m.diffusion_exponent.value_or(m.diffusion == DiffusionLaw::degenerate ? 1 : 0);
+  const double n = m.exponent();
   if (!(n > 0) || m.weft_diffusivity || m.retention_exponent != 1 || m.breakthrough_pressure > 0) return 0;
   const double filled = volume * water_density / trial.capacity();  // m² of full fabric
   const double radius =

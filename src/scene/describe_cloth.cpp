@@ -52,12 +52,31 @@ bool has_motion(const PinScene& pin) {
 void check_powers(Section& s, const MaterialScene& fabric) {
   s.check(!s.has("diffusion") || !s.has("diffusion_exponent"), "diffusion_exponent",
           "cannot be combined with diffusion, which sets the exponent to 0 or 1; allowed: one of the two");
-  const double n = fabric.diffusion_exponent.value_or(fabric.diffusion == DiffusionLaw::degenerate ? 1 : 0);
+  const double n = fabric.exponent();
   s.check(
       n + fabric.retention_exponent >= 1, "retention_exponent",
       fmt::format("and the diffusion exponent, {:g}, add up to less than 1, so dry fabric would wet infinitely fast; "
                   "allowed: [{:g}, 20]",
                   n, std::max(0.2, 1 - n)));
+}
+
+/// The rate of suction is bounded for powers of the saturation from 1 on alone (docs/theory/porous.md, section 18).
+void check_hysteresis(Section& s, const MaterialScene& fabric) {
+  if (!(fabric.drainage_height > 0)) return;
+  s.check(fabric.drainage_height >= fabric.capillary_height, "drainage_height",
+          fmt::format("is below capillary_height, {:g} m; allowed: at least that", fabric.capillary_height));
+  s.check(fabric.diffusivity > 0, "drainage_height",
+          "requires diffusivity, which is 0; allowed: only with diffusivity above 0");
+  s.check(
+      fabric.exponent() >= 1, "drainage_height",
+      fmt::format("requires a diffusion exponent of at least 1, which is {:g}; allowed: with diffusion: degenerate, "
+                  "or with diffusion_exponent of at least 1",
+                  fabric.exponent()));
+  s.check(fabric.retention_exponent >= 1, "drainage_height",
+          fmt::format("requires a retention_exponent of at least 1, which is {:g}; allowed: with at least 1",
+                      fabric.retention_exponent));
+  s.check(!fabric.contact_wicking, "drainage_height",
+          "cannot be combined with contact_wicking; allowed: one of the two");
 }
 
 void describe_porous(Section& s, MaterialScene& fabric) {
@@ -94,6 +113,9 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   s.number("retention_exponent", fabric.retention_exponent, "[0.2, 20]", "1",
            "retention exponent β: at rest the saturation at height z is (1 − z/ℓ)^(1/β); above 1 the fabric stays "
            "full to a greater height");
+  s.number("drainage_height", fabric.drainage_height, "[0, 1000]", "m",
+           "height ℓ_d that replaces `capillary_height` where the fabric drains (hysteresis); at least that; 0: no "
+           "hysteresis");
   s.number("adhesion", fabric.wet_adhesion, "[0, 10]", "N/m",
            "adhesion of wet fabric to wet fabric or a solid: work per unit area; at most 0.14 with water");
   s.number("film", fabric.film, "[0, 0.01]", "m",
@@ -132,6 +154,7 @@ void describe_porous(Section& s, MaterialScene& fabric) {
           "requires diffusivity, which is 0; allowed: only with diffusivity above 0");
   check_rates(s, fabric);
   check_powers(s, fabric);
+  check_hysteresis(s, fabric);
 }
 
 void check_pins(Section& s, const ClothScene& cloth) {

@@ -98,12 +98,13 @@ bool give(Value& map, const std::string& dotted, const std::string& text, const 
 
 /// What a fabric gives and a region does not take.
 bool is_of_whole_cloth(const std::string& key, bool plate) {
-  constexpr std::array<std::string_view, 12> keys{"compression",
+  constexpr std::array<std::string_view, 13> keys{"compression",
                                                   "strain_limit",
                                                   "porous.diffusion",
                                                   "porous.diffusion_exponent",
                                                   "porous.capillary_height",
                                                   "porous.retention_exponent",
+                                                  "porous.drainage_height",
                                                   "porous.adhesion",
                                                   "porous.film",
                                                   "porous.film_viscosity",

@@ -24,6 +24,7 @@ struct BasicMaterial {
   Number diffusivity = Number(1.0e-4);     // D, m²/s; resolved, the geometric mean of warp and weft
   Number capillary_height = Number(1.0);   // ℓ, m
   Number retention_exponent = Number(1);   // β, 1: at rest sᵝ falls by 1 over the capillary height
+  Number drainage_height = Number(0);      // ℓ_d, m: the same of fabric that drains; 0: as the capillary height
   Number wet_adhesion = Number(0);    // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
   Number film = Number(0);            // δ, m: thickest film of liquid on each face; 0: none
   Number film_viscosity = Number(0);  // m²/s, of the film; 0: that of the liquid
@@ -48,6 +49,10 @@ struct BasicMaterial {
   }
   /// Does liquid beyond its pores run down on its faces?
   constexpr bool has_film() const { return wicks() && film > 0; }
+  /// Does it hold liquid higher up while it drains than while it is wetted?
+  constexpr bool has_hysteresis() const { return wicks() && drainage_height > capillary_height; }
+  /// ℓ_d/ℓ.
+  constexpr Number drainage_ratio() const { return has_hysteresis() ? drainage_height / capillary_height : Number(1); }
   /// Does it pass into layers that touch?
   constexpr bool wicks_through_contact() const { return wicks() && contact_wicking; }
 
@@ -94,6 +99,7 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.diffusivity, b.diffusivity);
   visit(a.capillary_height, b.capillary_height);
   visit(a.retention_exponent, b.retention_exponent);
+  visit(a.drainage_height, b.drainage_height);
   visit(a.wet_adhesion, b.wet_adhesion);
   visit(a.film, b.film);
   visit(a.film_viscosity, b.film_viscosity);

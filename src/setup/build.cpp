@@ -233,6 +233,10 @@ void init_nodes(const Model& m, HostState& s) {
   s.node_pin_force.assign(nodes, Vec3{0, 0, 0});
   if (m.has_solute()) s.node_solute.assign(nodes, 0);
   if (m.has_squeezing()) s.node_contact_pressure.assign(nodes, 0.0);
+  if (m.has_hysteresis()) {
+    s.node_scanning.assign(nodes, 0.0);
+    s.node_extreme.assign(nodes, 0.0);
+  }
   s.sample_volume.assign(m.samples.rest_position.size(), 0);
   if (m.has_fluid()) s.sample_volume = akinci_volumes(m.samples.rest_position, m.support, m.scene.fluid.kernel);
   for (double& volume : s.sample_volume) volume *= m.layer_share;

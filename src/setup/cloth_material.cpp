@@ -27,7 +27,7 @@ ClothMaterial resolve_material(const ClothScene& cloth, const MaterialScene& giv
   m.damping_wet = given.damping_wet.value_or(given.damping);
   m.emission_cosine = processes.direction ? std::cos(given.emission_angle * std::numbers::pi / 180) : -2;
   if (!processes.emission) m.emission_ramp = 0;
-  m.diffusion_exponent = given.diffusion_exponent.value_or(given.diffusion == DiffusionLaw::degenerate ? 1 : 0);
+  m.diffusion_exponent = given.exponent();
   if (given.weft_diffusivity) m.diffusivity = std::sqrt(given.diffusivity * *given.weft_diffusivity);
   return m;
 }

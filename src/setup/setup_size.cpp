@@ -155,6 +155,7 @@ SetupSize kinds_of(const Model& m) {
   size.contact_wicking = m.has_contact_wicking();
   size.films = m.has_films();
   size.squeezing = m.has_squeezing();
+  size.hysteresis = m.has_hysteresis();
   size.self_collision = m.has_self_collision();
   size.xpbd = m.has_moving_cloth() && m.scene.cloth_solver.method == ClothMethod::xpbd;
   size.strain_limit = m.has_strain_limit();

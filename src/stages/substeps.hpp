@@ -11,11 +11,18 @@ namespace drench {
 inline double substeps_for(double rate, double dt) { return std::max(1.0, std::ceil(dt * rate / 0.5)); }
 
 /// ψ_max and μ of the rate (law 3), 1: how much of the differences of saturation and height an edge conducts at most,
-/// for the exponent n, the largest saturation and the exponent β of retention.
+/// for the exponent n, the largest saturation, the exponent β of retention and the ratio ℓ_d/ℓ of hysteresis
+/// (docs/theory/porous.md, Eq. 49).
 struct MobilityBound {
   double difference, height;
 };
-inline MobilityBound mobility_bound(double n, double max_saturation, double beta) {
+inline MobilityBound mobility_bound(double n, double max_saturation, double beta, double ratio) {
+  if (ratio > 1) {
+    const double steepest =
+        std::max(std::pow(max_saturation, n + beta - 1), 1 / (1 - std::pow(1 - 1 / ratio, 1 / beta)));
+    const double height = std::max(1.0, n * std::pow(max_saturation, n - 1));
+    return {beta * steepest + height * (ratio - 1), height};
+  }
   if (beta != 1)
     return {beta * std::pow(max_saturation, n + beta - 1),
             std::max(1.0, (n + beta) * std::pow(max_saturation, std::max(0.0, n - 1)))};

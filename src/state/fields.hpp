@@ -41,7 +41,9 @@
   FIELD(node,     friction_force,   Vec3,         "N",      true)        /* the same, along its surface */            \
   FIELD(node,     pin_force,        Vec3,         "N",      true)        /* reaction of its pin, 0 without one   */   \
   FIELD(node,     solute,           Quanta,       "quanta", m.has_solute())    /* dissolved or dried on */             \
-  FIELD(node,     contact_pressure, double,       "Pa",     m.has_squeezing()) /* on the fabric, over some steps */
+  FIELD(node,     contact_pressure, double,       "Pa",     m.has_squeezing()) /* on the fabric, over some steps */   \
+  FIELD(node,     scanning,         double,       "1",      m.has_hysteresis())/* γ while wetted, −φ while draining */ \
+  FIELD(node,     extreme,          double,       "1",      m.has_hysteresis())/* s farthest since it turned */
 
 /// Samples of the cloths.
 #define DRENCH_SAMPLE_FIELDS(FIELD)                                                                                   \

@@ -357,6 +357,9 @@ struct Model {
     return has_diffusion() && has_emission() && any_cloth([](const ClothMaterial& c) { return c.film_depth > 0; });
   }
   /// Does pressure change what a cloth's pores hold (stages/squeezing.hpp)?
+  bool has_hysteresis() const {
+    return any_cloth([](const ClothMaterial& c) { return c.has_hysteresis(); });
+  }
   bool has_squeezing() const {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics && c.squeezes(); });
   }

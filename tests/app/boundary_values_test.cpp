@@ -53,7 +53,8 @@ cloth:
     place: {position: [0, 0.08, 0]}
     pin: [{corners: true, stiffness: 100}]
     initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1}]
-    porous: {diffusivity: 1.0e-4, film: 1.0e-4, film_viscosity: 1.0e-5, compressibility: 0.3}
+    porous: {diffusivity: 1.0e-4, diffusion: degenerate, drainage_height: 2, film: 1.0e-4, film_viscosity: 1.0e-5,
+             compressibility: 0.3}
 bodies:
   - name: lid
     box: {min: [-0.05, 0.01, -0.05], max: [0.05, 0.03, 0.05], dynamic: true, density: 600}

@@ -345,12 +345,13 @@ cloth:
     membrane: {warp: 900, weft: 450, shear: 90, wet: 0.6}
     bending: {warp: 2.0e-4, weft: 1.0e-4, twist: 1.4e-4}
     warp: [0, 0.5, 1]
-    porous: {}
+    porous: {diffusion: degenerate, capillary_height: 0.1, drainage_height: 0.3}
 )");
   const MaterialScene& fabric = scene.cloths[0].material;
   EXPECT_EQ(fabric.membrane, (MembraneScene{900, 450, 90, 0.6}));
   EXPECT_EQ(fabric.bending, (PlateScene{2.0e-4, 1.0e-4, 1.4e-4}));
   EXPECT_EQ(fabric.warp, (Vec3{0, 0.5, 1}));
+  EXPECT_EQ(fabric.drainage_height, 0.3);
   EXPECT_TRUE(same_scene(parse(to_yaml(scene)), scene)) << to_yaml(scene);
 }
 

@@ -83,6 +83,27 @@ TEST(diffusion, agrees_with_the_reference) {
   }
 }
 
+TEST(diffusion, with_hysteresis_agrees_with_the_reference) {
+  // Nodes on all kinds of curves, and on both sides of where they turn.
+  const auto scan = [](const Model& m, HostState& s) {
+    stir(m, s);
+    const std::array<double, 6> curve{0, 1, 0.6, -0.55, -0.9, -1}, away{0.1, 0.0005, 0.002, -0.002, -0.0005, 0};
+    for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
+      const double saturation = 0.5 * (1 + std::sin(12.9898 * double(n)));
+      s.node_liquid[n] = std::llround(saturation * m.samples.node_capacity[n] / m.quantum);
+      s.node_scanning[n] = curve[n % 6];
+      s.node_extreme[n] = std::max(0.0, saturation + away[n / 6 % 6]);
+    }
+  };
+  for (const std::string keys : {"diffusion: degenerate", "diffusion_exponent: 2.5, retention_exponent: 3",
+                                 "diffusion: degenerate, film: 1.0e-4"})
+    compare_stage(
+        {.stage = Stage::diffusion,
+         .scene = with(wet_scene(), "diffusivity: 1.0e-3", "diffusivity: 1.0e-3, drainage_height: 0.5, " + keys),
+         .prepare = scan,
+         .changes = "node_liquid node_velocity node_scanning node_extreme"});
+}
+
 TEST(diffusion, agrees_where_nodes_are_full_or_empty) {
   // A steep saturation under a short capillary height: the limiters act at both ends.
   const auto chequered = [](const Model& model, HostState& s) {

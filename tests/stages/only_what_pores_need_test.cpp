@@ -66,6 +66,18 @@ TEST(only_what_is_needed, pores_are_pressed_only_where_asked_for) {
          "contact_pressure";
 }
 
+TEST(only_what_is_needed, only_fabric_with_hysteresis_turns) {
+  const std::initializer_list<const char*> label = {"diffusion::turn", "scanning", "extreme"};
+  const std::string off = with(wet_scene(), "diffusivity: 1.0e-3", "diffusion: degenerate, diffusivity: 1.0e-3");
+  for (const char* same : {"porous: {", "porous: {drainage_height: 0.3, "}) {
+    const Watch watch(with(off, "porous: {", same));
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  const Watch watch(with(off, "porous: {", "porous: {drainage_height: 0.5, "));
+  EXPECT_EQ(containing(launched, label), 1);
+  EXPECT_EQ(containing(allocated, label), 2) << "scanning, extreme";
+}
+
 TEST(only_what_is_needed, only_liquid_with_a_solute_has_kernels_and_arrays_for_it) {
   const std::initializer_list<const char*> label = {"solute"};
   {

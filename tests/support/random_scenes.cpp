@@ -264,6 +264,14 @@ std::string SceneDraw::filmed_or_squeezed(std::string pores, bool still) {
     const std::size_t at = pores.find(key);
     return at == pores.npos ? 0.0 : std::stod(pores.substr(at + key.size()));
   };
+  const std::string height = "capillary_height: ";
+  const std::size_t heights = pores.find("diffusion: degenerate, " + height);
+  const bool passes_on =
+      pores.find("diffusivity: 0,") != pores.npos || pores.find("contact_wicking: true") != pores.npos;
+  const std::string drained = drawn_by(latest_, heights == pores.npos || passes_on ? 0 : 0.4, [&] {
+    return fmt::format("drainage_height: {:.3g}, ", number_after(height) * logarithmic(1.01, 5));
+  });
+  if (!drained.empty()) pores.insert(heights + std::string("diffusion: degenerate, ").size(), drained);
   const std::string film = drawn_by(newest_, pores.empty() ? 0 : 0.15, [&] {
     return fmt::format("film: {:.3g}, film_viscosity: {:.3g}", usually(2e-5, 3e-4, 1e-7, 0.01),
                        usually(1e-6, 1e-3, 1e-8, 1));

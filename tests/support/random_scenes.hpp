@@ -21,7 +21,7 @@ struct RandomScene {
 class SceneDraw {
  public:
   /// `narrow`: without wind, spins, slip, adhesion of bodies, keyed values, sample_spacing, regions, time.mode error,
-  /// mirrored walls, named fabrics, films, compressible fabric, soft pins, drains, rain and hinges.
+  /// mirrored walls, named fabrics, films, compressible fabric, soft pins, drains, rain, hinges and hysteresis.
   explicit SceneDraw(std::uint64_t seed, bool narrow = false)
       : random_(seed),
         more_(seed + 0x9e3779b97f4a7c15),
@@ -29,6 +29,7 @@ class SceneDraw {
         patches_(seed + 0xdaa66d2c7ddf743f),
         others_(seed + 0x78dde6e5fd29f054),
         newest_(seed + 0x1715609d9f3bcd89),
+        latest_(seed + 0xb54cda58fbee4a26),
         narrow_(narrow) {}
   RandomScene scene();
 
@@ -67,7 +68,7 @@ class SceneDraw {
   void air();
   std::string motion();
 
-  std::mt19937_64 random_, more_, dyes_, patches_, others_, newest_;
+  std::mt19937_64 random_, more_, dyes_, patches_, others_, newest_, latest_;
   bool narrow_;
   RandomScene drawn_;
   bool wild_ = false;                         // values anywhere in their ranges

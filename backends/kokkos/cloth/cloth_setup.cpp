@@ -17,7 +17,7 @@ namespace {
 Material material_of(const ClothMaterial& c) {
   Material m{material_in<Real>(c)};
   const MobilityBound bound =
-      mobility_bound(c.diffusion_exponent, double(Real(c.pore_saturation())), c.retention_exponent);
+      mobility_bound(c.diffusion_exponent, double(Real(c.pore_saturation())), c.retention_exponent, c.drainage_ratio());
   m.mobility_exponent = c.diffusion_exponent;
   m.retention = c.retention_exponent;
   m.most_mobility = bound.difference;

@@ -36,6 +36,7 @@ struct Sizing {
   bool counts_faces() const { return size.fabric && (size.absorption || size.emission); }
   bool has_solute() const { return size.solute; }
   bool has_squeezing() const { return size.squeezing; }
+  bool has_hysteresis() const { return size.hysteresis; }
 
   /// Of an entry of a field that has this type on the host.
   template <class T>

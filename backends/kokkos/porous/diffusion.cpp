@@ -15,6 +15,7 @@
 #include "porous/contact_wicking.hpp"
 #include "porous/diffusion_law.hpp"
 #include "porous/emission_law.hpp"
+#include "porous/hysteresis_law.hpp"
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 
@@ -68,12 +69,17 @@ MemoryEstimate diffusion_bytes(const Sizing& s) {
 
 namespace {
 
+KOKKOS_INLINE_FUNCTION laws::Retention retention_of(const Material& m) {
+  return {m.retention, double(m.drainage_height) / double(m.capillary_height)};
+}
+
 /// What the kernels see of the pairs.
 struct NodePairs {
   Entries<const Index> pair, start, item;
   Entries<const double> conductance, film;
   Entries<double> drop;
   Entries<const Quanta> ceiling;
+  Entries<const Real> scanning;  // null without hysteresis
   NodeLiquid wet;
   Materials materials;
 
@@ -85,6 +91,7 @@ struct NodePairs {
         film(work.film),
         drop(work.drop),
         ceiling(fabric.nodes.max_quanta),
+        scanning(fabric.nodes.scanning),
         wet(constants, fabric),
         materials(node_materials(fabric)) {}
 
@@ -93,12 +100,21 @@ struct NodePairs {
     if (!(conductance(e) > 0)) return 0;
     const Index i = pair(2 * e), j = pair(2 * e + 1);
     const Material& m = materials(i);
-    double flux = laws::retained_flux(conductance(e), wet.pore_filling(i, m), wet.pore_filling(j, materials(j)),
-                                      drop(e), m.mobility_exponent, m.retention);
+    double flux = scanning.exist() && m.has_hysteresis()
+                      ? scanned_flux(e, i, j)
+                      : laws::retained_flux(conductance(e), wet.pore_filling(i, m), wet.pore_filling(j, materials(j)),
+                                            drop(e), m.mobility_exponent, m.retention);
     if (wet.pores.exist()) flux += conductance(e) * (squeezed_out(j) - squeezed_out(i));
     if (film.exist()) flux += film_flux(e, m, drop(e) > 0 ? j : i);
     const Quanta o = offered(Kokkos::abs(flux) * scale);
     return flux > 0 ? o : -o;
+  }
+  KOKKOS_INLINE_FUNCTION double scanned_flux(Index e, Index i, Index j) const {
+    const Material& m = materials(i);
+    const laws::Retention retention = retention_of(m);
+    const double here = wet.pore_filling(i, m), there = wet.pore_filling(j, materials(j));
+    return laws::held_flux(conductance(e), here, there, retention.held(here, double(scanning(i))),
+                           retention.held(there, double(scanning(j))), drop(e), m.mobility_exponent);
   }
   /// What pressure has left no room for at a node, of what its pores hold under it, 1.
   KOKKOS_INLINE_FUNCTION double squeezed_out(Index n) const {
@@ -112,6 +128,21 @@ struct NodePairs {
     return laws::film_flux(film(e) * double(m.film_flow), delta, drop(e) * double(m.capillary_height));
   }
 };
+
+/// Which curve each node is on in this step.
+void turn_nodes(const Constants& constants, Cloth& cloth) {
+  const NodeLiquid wet(constants, cloth);
+  const Materials materials = node_materials(cloth);
+  const Entries<Real> scanning = cloth.nodes.scanning, extreme = cloth.nodes.extreme;
+  parallel(
+      "drench::diffusion::turn", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Material& m = materials(n);
+        if (!m.has_hysteresis() || !(wet.capacity(n) > 0)) return;
+        const laws::Scan scan = retention_of(m).next({double(scanning(n)), double(extreme(n))}, wet.pore_filling(n, m));
+        scanning(n) = Real(scan.curve);
+        extreme(n) = Real(scan.extreme);
+      });
+}
 
 /// Of a node, quanta.
 struct Flows {
@@ -292,6 +323,7 @@ void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cl
   const bool layers = constants.model.has_contact_wicking(), with_momentum = carries_momentum(constants.model);
   if (layers) find_contacts(constants, lists, cloth, contacts, dt, with_momentum);
   if (with_momentum) make_room_for_velocities(cloth, work);
+  if (constants.model.has_hysteresis()) turn_nodes(constants, cloth);
   for (int k = 0; k < substeps; ++k) {
     stop_if_requested();
     const bool last = k + 1 == substeps;

@@ -26,14 +26,21 @@ KOKKOS_INLINE_FUNCTION double mobility(double a, double b, double donor, double 
   return power_mobility(a, b, donor, n);
 }
 
-/// F, kg/s, positive from j to i: G ψ [(s_j − s_i) + drop], drop = (x_i − x_j)·ĝ/ℓ (1), G in kg/s, for the exponent n.
-KOKKOS_INLINE_FUNCTION double diffusion_flux(double conductance, double saturation_i, double saturation_j, double drop,
-                                             double n) {
-  const double drive = (saturation_j - saturation_i) + drop;
+/// F, kg/s, positive from j to i: G ψ (held_j − held_i + drop), held = 1 − h/ℓ of the suction h, drop = (x_i − x_j)·ĝ/ℓ
+/// (1), G in kg/s, for the exponent n.
+KOKKOS_INLINE_FUNCTION double held_flux(double conductance, double saturation_i, double saturation_j, double held_i,
+                                        double held_j, double drop, double n) {
+  const double drive = (held_j - held_i) + drop;
   return conductance * mobility(saturation_i, saturation_j, drive > 0 ? saturation_j : saturation_i, n) * drive;
 }
 
-/// The same for fabric that holds liquid by sᵝ: the drive is a difference of that, and sⁿ a power of it.
+/// The same for fabric that holds liquid by s.
+KOKKOS_INLINE_FUNCTION double diffusion_flux(double conductance, double saturation_i, double saturation_j, double drop,
+                                             double n) {
+  return held_flux(conductance, saturation_i, saturation_j, saturation_i, saturation_j, drop, n);
+}
+
+/// The same by sᵝ: the drive is a difference of that, and sⁿ a power of it.
 KOKKOS_INLINE_FUNCTION double retained_flux(double conductance, double saturation_i, double saturation_j, double drop,
                                             double n, double beta) {
   if (beta == 1) return diffusion_flux(conductance, saturation_i, saturation_j, drop, n);
@@ -71,8 +78,7 @@ struct Layer {
 /// without s.
 KOKKOS_INLINE_FUNCTION double contact_flux(double conductance, const Layer& a, const Layer& b, double saturation_a,
                                            double saturation_b, double drop, double n) {
-  const double drive = (b.held(saturation_b) - a.held(saturation_a)) + drop;
-  return conductance * mobility(saturation_a, saturation_b, drive > 0 ? saturation_b : saturation_a, n) * drive;
+  return held_flux(conductance, saturation_a, saturation_b, a.held(saturation_a), b.held(saturation_b), drop, n);
 }
 
 /// K, kg/(m² s): half of each of two layers in series. At most what a quarter of the lighter layer's load would need in

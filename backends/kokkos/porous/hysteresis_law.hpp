@@ -1,0 +1,51 @@
+#pragma once
+// Retention with hysteresis: main curves of wetting and draining, and scanning curves between them (Kool & Parker 1987).
+// Law: docs/theory/porous.md, section 18. All heights are over ℓ.
+
+#include "core/types.hpp"
+
+namespace drench::kokkos_backend::laws {
+
+/// A change of the saturation that turns a node from wetting to draining, or back, 1.
+inline constexpr double turning = 1e-3;
+
+/// Where a node is on its curves: γ > 0 while it is wetted, −φ < 0 while it drains, 0 at first; the saturation farthest
+/// on that way.
+struct Scan {
+  double curve, extreme;
+};
+
+struct Retention {
+  double beta, ratio;  // β; ℓ_d/ℓ
+
+  KOKKOS_INLINE_FUNCTION double power(double x, double exponent) const {
+    return beta == 1 ? larger(0.0, x) : Kokkos::pow(larger(0.0, x), exponent);
+  }
+  /// 1 − h/ℓ at the saturation s.
+  KOKKOS_INLINE_FUNCTION double held(double s, double curve) const {
+    if (s >= 1) return power(s, beta);
+    if (curve < 0) return 1 - ratio * (1 - power(s / -curve, beta));
+    return power(1 - (1 - s) / (curve > 0 ? curve : 1), beta);
+  }
+  /// The saturation that fabric drained from full, or wetted from dry, has there.
+  KOKKOS_INLINE_FUNCTION double drained(double at) const { return power(1 - (1 - at) / ratio, 1 / beta); }
+  KOKKOS_INLINE_FUNCTION double wetted(double at) const { return power(at, 1 / beta); }
+
+  /// At the saturation s now.
+  KOKKOS_INLINE_FUNCTION Scan next(const Scan& last, double s) const {
+    if (s >= 1) return {1, s};
+    if (last.curve >= 0) {
+      const double curve = last.curve > 0 ? last.curve : 1;
+      if (s >= last.extreme) return {curve, s};
+      if (s > last.extreme - turning) return {curve, last.extreme};
+      const double from = smaller(1.0, last.extreme);
+      return {-smaller(1.0, from / drained(held(from, curve))), s};
+    }
+    if (s <= last.extreme) return {last.curve, s};
+    if (s < last.extreme + turning) return last;
+    const double dry = 1 - wetted(held(last.extreme, last.curve));
+    return {dry > 0 ? smaller(1.0, (1 - last.extreme) / dry) : 1, s};
+  }
+};
+
+}  // namespace drench::kokkos_backend::laws
