@@ -50,9 +50,12 @@ double conductance(const Model& m, const ClothMaterial& a, const ClothMaterial& 
     return height(c) * 0.5 * c.thickness / (m.rest_density * (1 - c.solid_fraction) * c.diffusivity);
   };
   const auto most = [](const ClothMaterial& c) { return c.film_depth > 0 ? 1 : c.max_saturation; };
-  const auto steepest = [&](const ClothMaterial& c) {  // of r sᵝ
-    return height(c) *
-           (c.retention_exponent > 1 ? c.retention_exponent * std::pow(most(c), c.retention_exponent - 1) : 1);
+  const auto steepest = [&](const ClothMaterial& c) {  // of r (1 − h/ℓ)
+    const double beta = c.retention_exponent, slope = beta > 1 ? beta * std::pow(most(c), beta - 1) : 1;
+    if (!c.has_hysteresis()) return height(c) * slope;
+    const double ratio = c.drainage_height / c.capillary_height;
+    return height(c) * (std::max(slope, beta / (1 - std::pow(1 - 1 / ratio, 1 / beta))) +
+                        std::max(1.0, c.diffusion_exponent) * (ratio - 1));
   };
   const double n = std::max(a.diffusion_exponent, b.diffusion_exponent);
   const double growth = n > 1 ? std::pow(std::max(most(a), most(b)), n - 1) : 1;
@@ -60,12 +63,15 @@ double conductance(const Model& m, const ClothMaterial& a, const ClothMaterial& 
                   0.25 * std::min(load(a) / steepest(a), load(b) / steepest(b)) / (dt * growth));
 }
 
+/// What an end holds: its saturation, and r (1 − h/ℓ).
+struct Held {
+  double saturation = 0, suction = 0;
+};
+
 /// kg/s, into the near end: both ends' suctions over the lesser ℓ, and the mean of sⁿ between them.
-double flux_of(const LayerContact& c, double near, double far) {
-  const auto held = [&](double s, int side) {
-    return c.height[side] * (c.power[side] == 1 ? s : std::pow(std::max(0.0, s), c.power[side]));
-  };
-  const double drive = held(far, 1) - held(near, 0) + c.drop;
+double flux_of(const LayerContact& c, const Held& at_near, const Held& at_far) {
+  const double near = at_near.saturation, far = at_far.saturation;
+  const double drive = at_far.suction - at_near.suction + c.drop;
   return c.conductance * static_cast<double>(drive * mobility(near, far, drive > 0 ? far : near, c.exponent));
 }
 
@@ -115,8 +121,11 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
   if (contacts.empty()) return;
   std::vector<Quanta> out(state.s.node_count(), 0), in(out), offer(contacts.size());
   std::vector<bool> inward(contacts.size());  // to the sample
-  const auto saturation = [&](const std::array<Index, 3>& node, const std::array<double, 3>& weight) {
-    double sum = 0;
+  const auto held = [&](const LayerContact& contact, int side) {
+    const std::array<Index, 3>& node = side == 0 ? contact.near_node : contact.far_node;
+    const std::array<double, 3>& weight = side == 0 ? contact.near_weight : contact.far_weight;
+    double sum = 0, scanned = 0;
+    bool has_hysteresis = false;
     for (int k = 0; k < 3; ++k) {
       if (state.model.samples.node_capacity[node[k]] == 0) continue;
       const double s =
@@ -124,13 +133,16 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
       const ClothMaterial& c = state.model.material_of_node(node[k]);
       const double most = state.node_pores.empty() ? s : c.max_saturation;
       sum += weight[k] * std::min(s, c.film_depth > 0 ? 1.0 : most);
+      has_hysteresis = c.has_hysteresis();
+      if (has_hysteresis) scanned += weight[k] * (1 - suction(state, node[k]) / c.capillary_height);
     }
-    return sum;
+    const double power = contact.power[side];
+    if (!has_hysteresis) scanned = power == 1 ? sum : std::pow(std::max(0.0, sum), power);
+    return Held{sum, contact.height[side] * scanned};
   };
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const LayerContact& contact = contacts[c];
-    const double flux = flux_of(contact, saturation(contact.near_node, contact.near_weight),
-                                saturation(contact.far_node, contact.far_weight));
+    const double flux = flux_of(contact, held(contact, 0), held(contact, 1));
     inward[c] = flux > 0;
     offer[c] = offered_quanta(std::abs(flux) * dt / state.model.quantum);
     if (offer[c] == 0) continue;

@@ -22,6 +22,8 @@ std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt
 /// One sub-step of dt (s).
 void wick_through(ReferenceState& state, const std::vector<LayerContact>& contacts, double dt);
 
+/// The suction of fabric with hysteresis at a node, as a height of liquid, m.
+double suction(const ReferenceState& state, Index n);
 /// ĝ, 0 without gravity.
 Eigen::Vector3d down(const ReferenceState& state);
 /// v_n of every node, m/s.

@@ -51,9 +51,6 @@ double suction(const ClothMaterial& c, double s, double curve) {
   const double gamma = curve > 0 ? curve : 1;
   return c.capillary_height * (1 - std::pow(std::max(0.0, 1 - (1 - s) / gamma), beta));
 }
-double suction(const ReferenceState& state, Index n) {
-  return suction(material(state, n), pore_saturation(state, n), state.s.node_scanning[n]);
-}
 
 /// Which curve each node is on in this step.
 void turn_nodes(ReferenceState& state) {
@@ -188,6 +185,10 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
 }
 
 }  // namespace
+
+double suction(const ReferenceState& state, Index n) {
+  return suction(material(state, n), pore_saturation(state, n), state.s.node_scanning[n]);
+}
 
 Eigen::Vector3d down(const ReferenceState& state) {
   const Eigen::Vector3d gravity = vec(state.model.scene.gravity);

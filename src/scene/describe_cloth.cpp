@@ -75,8 +75,6 @@ void check_hysteresis(Section& s, const MaterialScene& fabric) {
   s.check(fabric.retention_exponent >= 1, "drainage_height",
           fmt::format("requires a retention_exponent of at least 1, which is {:g}; allowed: with at least 1",
                       fabric.retention_exponent));
-  s.check(!fabric.contact_wicking, "drainage_height",
-          "cannot be combined with contact_wicking; allowed: one of the two");
 }
 
 void describe_porous(Section& s, MaterialScene& fabric) {

@@ -457,8 +457,6 @@ inline constexpr BadScene bad_scenes[] = {
     {"DrainageOfUnevenPores",
      CLOTH "    porous: {diffusion: degenerate, retention_exponent: 0.5, drainage_height: 2}\n", 4, 79,
      "cloth.0.porous.drainage_height", "requires a retention_exponent of at least 1, which is 0.5"},
-    {"DrainageBesideLayers", CLOTH "    porous: {diffusion: degenerate, contact_wicking: true, drainage_height: 2}\n",
-     4, 77, "cloth.0.porous.drainage_height", "cannot be combined with contact_wicking"},
     {"CompressedFibres", CLOTH "    porous: {solid_fraction: 0.6, compressibility: 0.5}\n", 4, 52,
      "cloth.0.porous.compressibility", "allowed: at most 1 - solid_fraction = 0.4"},
     {"FibresThatFillARegion",

@@ -104,6 +104,17 @@ TEST(diffusion, with_hysteresis_agrees_with_the_reference) {
          .changes = "node_liquid node_velocity node_scanning node_extreme"});
 }
 
+TEST(diffusion, between_layers_with_hysteresis_agrees_with_the_reference) {
+  const auto scan = [](const Model&, HostState& s) {
+    for (std::size_t n = 0; n < s.node_liquid.size(); ++n) s.node_scanning[n] = n % 2 == 0 ? 0.7 : -0.8;
+  };
+  const std::string one = two_layers("drainage_height: 0.25, diffusion_exponent: 2, retention_exponent: 1.5");
+  for (const std::string& scene :
+       {one, with(one, "porous: {solid_fraction: 0.6, ",
+                  "porous: {solid_fraction: 0.6, diffusion: degenerate, drainage_height: 2, ")})
+    compare_stage({.stage = Stage::diffusion, .scene = scene, .prepare = scan, .changes = "node_liquid"});
+}
+
 TEST(diffusion, agrees_where_nodes_are_full_or_empty) {
   // A steep saturation under a short capillary height: the limiters act at both ends.
   const auto chequered = [](const Model& model, HostState& s) {

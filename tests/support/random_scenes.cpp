@@ -266,9 +266,8 @@ std::string SceneDraw::filmed_or_squeezed(std::string pores, bool still) {
   };
   const std::string height = "capillary_height: ";
   const std::size_t heights = pores.find("diffusion: degenerate, " + height);
-  const bool passes_on =
-      pores.find("diffusivity: 0,") != pores.npos || pores.find("contact_wicking: true") != pores.npos;
-  const std::string drained = drawn_by(latest_, heights == pores.npos || passes_on ? 0 : 0.4, [&] {
+  const bool spreads = pores.find("diffusivity: 0,") == pores.npos;
+  const std::string drained = drawn_by(latest_, heights == pores.npos || !spreads ? 0 : 0.4, [&] {
     return fmt::format("drainage_height: {:.3g}, ", number_after(height) * logarithmic(1.01, 5));
   });
   if (!drained.empty()) pores.insert(heights + std::string("diffusion: degenerate, ").size(), drained);

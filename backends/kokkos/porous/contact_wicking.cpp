@@ -8,6 +8,7 @@
 #include "cloth/proximity.hpp"
 #include "cloth/wet_cloth.hpp"
 #include "porous/diffusion_law.hpp"
+#include "porous/hysteresis_law.hpp"
 #include "porous/transfer.hpp"
 #include "state/film.hpp"
 
@@ -34,7 +35,9 @@ KOKKOS_INLINE_FUNCTION laws::Layer layer_of(const Material& m, double other, dou
           double(m.diffusivity),
           height / smaller(height, other),
           m.retention,
-          most_in_pores(m)};
+          most_in_pores(m),
+          double(m.drainage_ratio()),
+          m.mobility_exponent};
 }
 
 /// What the kernel over samples sees.
@@ -159,6 +162,7 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
   const Entries<const double> g = work.conductance, drop = work.drop;
   const NodeLiquid wet(constants, cloth);
   const Materials materials = node_materials(cloth);
+  const Entries<const Real> scanning = cloth.nodes.scanning;
   const double scale = dt / constants.quantum, density = constants.model.rest_density;
   const Entries<std::int64_t> momentum = work.momentum;
   parallel(
@@ -171,17 +175,23 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
       "drench::contact_wicking::offer", 2 * cloth.samples.count, KOKKOS_LAMBDA(const Index c) {
         flow(c) = 0;
         if (ends.found(c) == none) return;
-        double s[2] = {0, 0};
+        double s[2] = {0, 0}, scanned[2] = {0, 0};
         for (int far = 0; far < 2; ++far)
           for (int k = 0; k < 3; ++k) {
             const Index n = ends.node(c, far != 0, k);
-            if (wet.capacity(n) > 0) s[far] += ends.weight(c, far != 0, k) * wet.pore_filling(n, materials(n));
+            if (!(wet.capacity(n) > 0)) continue;
+            const Material& m = materials(n);
+            const double weight = ends.weight(c, far != 0, k), filling = wet.pore_filling(n, m);
+            s[far] += weight * filling;
+            if (m.has_hysteresis()) scanned[far] += weight * laws::retention_of(m).held(filling, double(scanning(n)));
           }
         const Material &own = materials(ends.node(c, false, 0)), &other = materials(ends.node(c, true, 0));
         const double exponent = larger(own.mobility_exponent, other.mobility_exponent);
         const laws::Layer here = layer_of(own, double(other.capillary_height), density),
                           there = layer_of(other, double(own.capillary_height), density);
-        const double flux = laws::contact_flux(g(c), here, there, s[0], s[1], drop(c), exponent);
+        const double held = here.ratio > 1 ? here.height * scanned[0] : here.held(s[0]);
+        const double held_there = there.ratio > 1 ? there.height * scanned[1] : there.held(s[1]);
+        const double flux = laws::held_flux(g(c), s[0], s[1], held, held_there, drop(c), exponent);
         const Quanta o = offered(Kokkos::abs(flux) * scale);
         if (o == 0) return;
         flow(c) = flux > 0 ? o : -o;

@@ -69,10 +69,6 @@ MemoryEstimate diffusion_bytes(const Sizing& s) {
 
 namespace {
 
-KOKKOS_INLINE_FUNCTION laws::Retention retention_of(const Material& m) {
-  return {m.retention, double(m.drainage_height) / double(m.capillary_height)};
-}
-
 /// What the kernels see of the pairs.
 struct NodePairs {
   Entries<const Index> pair, start, item;
@@ -111,7 +107,7 @@ struct NodePairs {
   }
   KOKKOS_INLINE_FUNCTION double scanned_flux(Index e, Index i, Index j) const {
     const Material& m = materials(i);
-    const laws::Retention retention = retention_of(m);
+    const laws::Retention retention = laws::retention_of(m);
     const double here = wet.pore_filling(i, m), there = wet.pore_filling(j, materials(j));
     return laws::held_flux(conductance(e), here, there, retention.held(here, double(scanning(i))),
                            retention.held(there, double(scanning(j))), drop(e), m.mobility_exponent);
@@ -138,7 +134,8 @@ void turn_nodes(const Constants& constants, Cloth& cloth) {
       "drench::diffusion::turn", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Material& m = materials(n);
         if (!m.has_hysteresis() || !(wet.capacity(n) > 0)) return;
-        const laws::Scan scan = retention_of(m).next({double(scanning(n)), double(extreme(n))}, wet.pore_filling(n, m));
+        const laws::Scan scan =
+            laws::retention_of(m).next({double(scanning(n)), double(extreme(n))}, wet.pore_filling(n, m));
         scanning(n) = Real(scan.curve);
         extreme(n) = Real(scan.extreme);
       });

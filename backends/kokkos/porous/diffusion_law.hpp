@@ -63,6 +63,7 @@ struct Layer {
   double load, thickness, diffusivity;  // ρ0 (1−Φ) τ in kg/m²; m; m²/s
   double height, retention;             // r = ℓ over the lesser ℓ of both; β
   double most_saturation;
+  double ratio, exponent;  // ℓ_d/ℓ, above 1 with hysteresis; n
 
   /// What its suction over the lesser ℓ falls by in filling up: r sᵝ.
   KOKKOS_INLINE_FUNCTION double held(double saturation) const {
@@ -70,16 +71,12 @@ struct Layer {
   }
   /// The largest slope of that with s, for β ≥ 1; below 1 the mobility makes up for it.
   KOKKOS_INLINE_FUNCTION double steepest() const {
-    return height * (retention > 1 ? retention * Kokkos::pow(most_saturation, retention - 1) : 1);
+    const double slope = retention > 1 ? retention * Kokkos::pow(most_saturation, retention - 1) : 1;
+    if (!(ratio > 1)) return height * slope;
+    const double scanning = retention / (1 - Kokkos::pow(1 - 1 / ratio, 1 / retention));
+    return height * (larger(slope, scanning) + larger(1.0, exponent) * (ratio - 1));
   }
 };
-
-/// F, kg/s, positive from the layer b to the layer a: by suction, docs/theory/porous.md, Eq. 22; `drop`: its terms
-/// without s.
-KOKKOS_INLINE_FUNCTION double contact_flux(double conductance, const Layer& a, const Layer& b, double saturation_a,
-                                           double saturation_b, double drop, double n) {
-  return held_flux(conductance, saturation_a, saturation_b, a.held(saturation_a), b.held(saturation_b), drop, n);
-}
 
 /// K, kg/(m² s): half of each of two layers in series. At most what a quarter of the lighter layer's load would need in
 /// Δt.

@@ -1,5 +1,6 @@
 #pragma once
-// Retention with hysteresis: main curves of wetting and draining, and scanning curves between them (Kool & Parker 1987).
+// Retention with hysteresis: main curves of wetting and draining, and scanning curves between them (Kool & Parker
+// 1987).
 // Law: docs/theory/porous.md, section 18. All heights are over ℓ.
 
 #include "core/types.hpp"
@@ -47,5 +48,11 @@ struct Retention {
     return {dry > 0 ? smaller(1.0, (1 - last.extreme) / dry) : 1, s};
   }
 };
+
+/// Of a material.
+template <class Material>
+KOKKOS_INLINE_FUNCTION Retention retention_of(const Material& m) {
+  return {m.retention, double(m.drainage_height) / double(m.capillary_height)};
+}
 
 }  // namespace drench::kokkos_backend::laws
