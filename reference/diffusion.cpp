@@ -47,12 +47,12 @@ double film_thickness(const ReferenceState& state, Index n) {
 double suction(const ClothMaterial& c, double s, double curve) {
   const double beta = c.retention_exponent;
   if (s >= 1) return c.capillary_height * (1 - std::pow(s, beta));
-  if (curve < 0) return c.drainage_height * (1 - std::pow(std::max(0.0, s / std::abs(curve)), beta));
+  if (curve < 0) return c.drainage_height * (1 - std::pow(std::clamp(s / std::abs(curve), 0.0, 1.0), beta));
   const double gamma = curve > 0 ? curve : 1;
   return c.capillary_height * (1 - std::pow(std::max(0.0, 1 - (1 - s) / gamma), beta));
 }
 
-/// Which curve each node is on in this step.
+/// Which curve each node is on in this sub-step.
 void turn_nodes(ReferenceState& state) {
   constexpr double turning = 1e-3;
   for (Index n = 0; n < state.s.node_count(); ++n) {
@@ -246,9 +246,9 @@ std::vector<double> room_limit(const ReferenceState& state, const std::vector<Qu
 void diffusion(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const std::vector<Pair> pairs = exchanging_pairs(state);
   const int n = diffusion_substeps_within_limit(exchange_rate(state, pairs), info, report);
-  if (state.model.has_hysteresis()) turn_nodes(state);
   const std::vector<LayerContact> contacts = touching_layers(state, info.dt / n);
   for (int k = 0; k < n; ++k) {
+    if (state.model.has_hysteresis()) turn_nodes(state);
     exchange_once(state, pairs, info.dt, n);
     wick_through(state, contacts, info.dt / n);
     if (k + 1 < n) reservoir(state, info, report);

@@ -110,6 +110,9 @@ def set_field(state: dict[str, Any], name: str, values: Any, at: Any) -> None:
     field[rows] = as_values(name, values, field, len(rows))
     if name == "node_liquid":
         np.minimum(state["node_buffered"], state["node_liquid"], out=state["node_buffered"])
+        for history in ("node_scanning", "node_extreme"):  # of fabric with hysteresis: it begins anew
+            if len(state.get(history, ())):
+                state[history][rows] = 0
 
 
 def set_saturation(state: dict[str, Any], values: Any, at: Any, full: np.ndarray) -> None:

@@ -80,6 +80,11 @@ HostState checked_state(const Model& m, const HostState& state) {
       refuse("fluid_mass", i,
              fmt::format("{} mass units; allowed: up to {}, two full particles", s.fluid_mass[i],
                          2 * quanta_per_particle));
+  for (std::size_t n = 0; n < s.node_scanning.size(); ++n) {
+    if (std::abs(s.node_scanning[n]) > 1)
+      refuse("node_scanning", n, fmt::format("{:g}; allowed: [-1, 1]", s.node_scanning[n]));
+    if (s.node_extreme[n] < 0) refuse("node_extreme", n, fmt::format("{:g}; allowed: at least 0", s.node_extreme[n]));
+  }
   for (std::size_t i = 0; i < s.fluid_id.size(); ++i) {
     if (i > 0 && s.fluid_id[i] <= s.fluid_id[i - 1]) refuse("fluid_id", i, "ids have to ascend");
     if (s.fluid_id[i] < 0 || s.fluid_id[i] >= s.next_id)

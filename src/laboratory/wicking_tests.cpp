@@ -126,12 +126,18 @@ std::pair<double, double> wet_extents(const HostState& s, const std::vector<doub
   return {high[0] - low[0], high[1] - low[1]};
 }
 
-/// Hands the liquid in the cloth of a run to another one with the same cloth.
+/// Hands the liquid in the cloth of a run, and where its nodes are on their curves, to another one that begins with the
+/// same cloth.
 void hand_over(const Simulation& from, Simulation& to) {
-  const std::vector<double> saturation = from.saturation(from.state()), capacity = to.node_capacity();
+  const HostState last = from.state();
+  const std::vector<double> saturation = from.saturation(last), capacity = to.node_capacity();
   HostState state = to.state();
-  for (std::size_t n = 0; n < state.node_liquid.size(); ++n)
+  for (std::size_t n = 0; n < saturation.size(); ++n)
     state.node_liquid[n] = std::llround(saturation[n] * capacity[n] / to.quantum());
+  if (!state.node_scanning.empty()) {
+    std::copy(last.node_scanning.begin(), last.node_scanning.end(), state.node_scanning.begin());
+    std::copy(last.node_extreme.begin(), last.node_extreme.end(), state.node_extreme.begin());
+  }
   to.set_state(state);
 }
 
@@ -279,11 +285,7 @@ void wetback(Trial& trial) {
   const std::unique_ptr<Simulation> even = trial.open(scene(false), "_before");
   even->run_until(even->scene().time.end);
   const std::unique_ptr<Simulation> run = trial.open(scene(true));
-  const std::vector<double> saturation = even->saturation(even->state()), capacity = run->node_capacity();
-  HostState state = run->state();
-  for (std::size_t n = 0; n < saturation.size(); ++n)
-    state.node_liquid[n] = std::llround(saturation[n] * capacity[n] / run->quantum());
-  run->set_state(state);
+  hand_over(*even, *run);
   double picked = 0, held = 0;
   watch_run(*run, run->scene().time.end, 1, [&](const HostState& s) {
     held = cloth_mass(*run, s, 0), picked = cloth_mass(*run, s, 2);

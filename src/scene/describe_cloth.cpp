@@ -242,9 +242,10 @@ void check_cloth(Section& s, const ClothScene& cloth) {
 
 void describe(Section& s, ClothSolverScene& solver) {
   s.one_line();
-  s.choice("method", solver.method, {{"pd", ClothMethod::pd}, {"xpbd", ClothMethod::xpbd}},
-           "`pd`: Newton's method on a CPU, Projective Dynamics on a GPU; `xpbd`: XPBD for the same step, independent "
-           "and slower");
+  s.choice(
+      "method", solver.method, {{"pd", ClothMethod::pd}, {"xpbd", ClothMethod::xpbd}},
+      "`pd`: Newton's method on a CPU; on a GPU Projective Dynamics, and Newton's method on the CPU where that does "
+      "not converge; `xpbd`: XPBD for the same step, independent and slower");
   s.number("tolerance", solver.tolerance, "[1e-15, 0.5]", "1",
            "residual force, relative to the forces that move the cloth, at which the solver stops");
   s.integer("max_iterations", solver.max_iterations, "[1, 100000]", "iterations",

@@ -171,9 +171,8 @@ struct MaterialScene : BasicMaterial<double> {
   std::optional<double> diffusion_exponent;  // n, 1: in place of `diffusion`, at the rate D sⁿ
   std::optional<double> weft_diffusivity;    // m²/s; then `diffusivity` is that along the warp
 
-  double exponent() const {
-    return diffusion_exponent.value_or(diffusion == DiffusionLaw::degenerate ? 1 : 0);
-  }  // n, 1
+  /// n, 1.
+  double exponent() const { return diffusion_exponent.value_or(diffusion == DiffusionLaw::degenerate ? 1 : 0); }
   bool operator==(const MaterialScene&) const = default;
 };
 

@@ -356,10 +356,11 @@ struct Model {
   bool has_films() const {
     return has_diffusion() && has_emission() && any_cloth([](const ClothMaterial& c) { return c.film_depth > 0; });
   }
-  /// Does pressure change what a cloth's pores hold (stages/squeezing.hpp)?
+  /// Does a cloth hold liquid by other curves while it drains?
   bool has_hysteresis() const {
-    return any_cloth([](const ClothMaterial& c) { return c.has_hysteresis(); });
+    return has_diffusion() && any_cloth([](const ClothMaterial& c) { return c.has_hysteresis(); });
   }
+  /// Does pressure change what a cloth's pores hold (stages/squeezing.hpp)?
   bool has_squeezing() const {
     return any_cloth([](const ClothMaterial& c) { return c.dynamics && c.squeezes(); });
   }

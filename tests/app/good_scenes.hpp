@@ -107,7 +107,7 @@ cloth:
     clean: 2.0e-5
     weld: 1.0e-5
     dynamics: false
-    porous: {diffusion_exponent: 2.5, retention_exponent: 1.5}
+    porous: {diffusion_exponent: 2.5, retention_exponent: 1.5, drainage_height: 1.75}
   - name: followed
     mesh: {file: exists.obj}
     clean: off

@@ -226,6 +226,12 @@ TEST_F(Ranks, ClothThatIsSqueezed) {
   expect_equal(scene(text.c_str()), {2}, 12);
 }
 
+TEST_F(Ranks, ClothWithHysteresis) {
+  std::string text = porous_scene;
+  text.replace(text.find("max_saturation: 1.5,"), 0, "drainage_height: 0.5, ");
+  expect_equal(scene(text.c_str()), {2}, 12);
+}
+
 TEST_F(Ranks, ClothByXpbdUnderWater) {
   expect_equal(scene(porous_scene), {3}, 5, {"--set", "cloth_solver.method=xpbd"});
 }

@@ -162,11 +162,13 @@ TEST_F(Commands, AClothSolveThatEndsAtItsCapIsLogged) {
              "cloth: [{mesh: {grid: {}}, pin: [{corners: true, velocity: [3, 2, 0]}]}]\n");
   ASSERT_EQ(drench({"run", "sheet.yaml", "-o", "o", "--steps", "3"}).code, 0);
   const std::string log = read_text(here() / "o/run.log");
-  EXPECT_NE(log.find("warning: step 1 (t = 0.004 s): the cloth solve did not converge in 2 iterations"),
-            std::string::npos)
+  const std::string iterations = computes_on_host() ? "2" : "4";  // a GPU's, and those of Newton's method after them
+  EXPECT_NE(
+      log.find("warning: step 1 (t = 0.004 s): the cloth solve did not converge in " + iterations + " iterations"),
+      std::string::npos)
       << log;
   EXPECT_NE(log.find("the cloth solve did not converge in 3 of 3 steps"), std::string::npos) << log;
-  EXPECT_EQ(read_table(here() / "o/stats.csv").text(2, "cloth_iterations"), "2");
+  EXPECT_EQ(read_table(here() / "o/stats.csv").text(2, "cloth_iterations"), iterations);
 }
 
 // The density solve goes on from where the cloth's ended, to its own end: that is not what the cloth's has left.

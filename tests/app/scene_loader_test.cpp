@@ -222,6 +222,7 @@ ClothScene cloth_from_a_file() {
   second.material.porous = true;
   second.material.diffusion_exponent = 2.5;
   second.material.retention_exponent = 1.5;
+  second.material.drainage_height = 1.75;
   return second;
 }
 

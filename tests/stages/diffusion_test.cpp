@@ -89,7 +89,7 @@ TEST(diffusion, with_hysteresis_agrees_with_the_reference) {
     stir(m, s);
     const std::array<double, 6> curve{0, 1, 0.6, -0.55, -0.9, -1}, away{0.1, 0.0005, 0.002, -0.002, -0.0005, 0};
     for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
-      const double saturation = 0.5 * (1 + std::sin(12.9898 * double(n)));
+      const double saturation = 0.55 * (1 + std::sin(12.9898 * double(n)));  // up to 1.1
       s.node_liquid[n] = std::llround(saturation * m.samples.node_capacity[n] / m.quantum);
       s.node_scanning[n] = curve[n % 6];
       s.node_extreme[n] = std::max(0.0, saturation + away[n / 6 % 6]);

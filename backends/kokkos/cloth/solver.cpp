@@ -31,7 +31,8 @@ void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& s
 }
 
 /// Of newton.cpp: the factor on the pattern of the mesh's edges, some 50 n log₂ n numbers; the tangent's blocks, of
-/// nodes, edges and triangles; iterates in double, and vectors of the linear solver and of Anderson acceleration.
+/// nodes, edges and triangles; iterates in double, and vectors of the linear solver and of Anderson acceleration. A
+/// GPU's host needs as much once iterations have not converged, which no scene tells.
 MemoryEstimate newton_bytes(const Sizing& s) {
   constexpr double vectors = 60, in_double = 10;  // 3 numbers a node each
   const double n = s.size.nodes, entries = n * std::log2(std::max(2.0, n));
@@ -270,7 +271,8 @@ void ClothIteration::finish_on_host() {
   // Its goal allows for the rounding of double precision alone, that of the iterations for the kernels'.
   keep(residual());
   progress_.move_on(system_.solids.extent(0) > 0);
-  for (int checks = 0; checks < checks_after_newton && best > 1; ++checks) {
+  const int most = std::min(checks_after_newton, model.scene.cloth_solver.max_iterations / check_interval - 1);
+  for (int checks = 0; checks < most && best > 1; ++checks) {
     advance(check_interval);
     progress_.judge(residual());
     keep(progress_.residual);

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "base/free_cores.hpp"
@@ -58,12 +59,14 @@ void count_allocations() {
 /// Threads of a host, and whether they sleep while they wait.
 void settle_loops() {
   using kokkos_backend::HostLoops;
-  if constexpr (!kokkos_backend::on_host) {
+  if constexpr (kokkos_backend::on_host) {
+    HostLoops::threads = HostLoops::all = kokkos_backend::ExecSpace().concurrency();
+  } else {
     constexpr int most = 8;  // more do not make Newton's method for cloth faster
-    HostLoops::threads = std::clamp(Kokkos::DefaultHostExecutionSpace().concurrency() / started_ranks(), 1, most);
-    return;
+    const int threads = Kokkos::DefaultHostExecutionSpace().concurrency();
+    const bool shared = threads >= static_cast<int>(std::thread::hardware_concurrency());  // with other ranks
+    HostLoops::threads = std::clamp(shared ? threads / started_ranks() : threads, 1, most);
   }
-  HostLoops::threads = HostLoops::all = kokkos_backend::ExecSpace().concurrency();
   const char* const policy = std::getenv("OMP_WAIT_POLICY");
   if (policy != nullptr && (policy[0] == 'p' || policy[0] == 'P')) HostLoops::worth = 2e5F;
 }

@@ -125,7 +125,7 @@ struct NodePairs {
   }
 };
 
-/// Which curve each node is on in this step.
+/// Which curve each node is on in this sub-step.
 void turn_nodes(const Constants& constants, Cloth& cloth) {
   const NodeLiquid wet(constants, cloth);
   const Materials materials = node_materials(cloth);
@@ -320,10 +320,10 @@ void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cl
   const bool layers = constants.model.has_contact_wicking(), with_momentum = carries_momentum(constants.model);
   if (layers) find_contacts(constants, lists, cloth, contacts, dt, with_momentum);
   if (with_momentum) make_room_for_velocities(cloth, work);
-  if (constants.model.has_hysteresis()) turn_nodes(constants, cloth);
   for (int k = 0; k < substeps; ++k) {
     stop_if_requested();
     const bool last = k + 1 == substeps;
+    if (constants.model.has_hysteresis()) turn_nodes(constants, cloth);
     limit(constants, cloth, work, dt, with_momentum && k == 0);
     if (constants.model.has_solute()) transfer_solute(cloth, work);
     transfer(constants, cloth, work, with_momentum, last && !layers);

@@ -25,7 +25,7 @@ struct Retention {
   /// 1 − h/ℓ at the saturation s.
   KOKKOS_INLINE_FUNCTION double held(double s, double curve) const {
     if (s >= 1) return power(s, beta);
-    if (curve < 0) return 1 - ratio * (1 - power(s / -curve, beta));
+    if (curve < 0) return s < -curve ? 1 - ratio * (1 - power(s / -curve, beta)) : 1;
     return power(1 - (1 - s) / (curve > 0 ? curve : 1), beta);
   }
   /// The saturation that fabric drained from full, or wetted from dry, has there.
