@@ -4,6 +4,7 @@
 
 #include "commands_fixture.hpp"
 #include "frame_reader.hpp"
+#include "pipeline/runtime.hpp"
 
 namespace drench::test {
 namespace {

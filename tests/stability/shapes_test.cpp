@@ -193,9 +193,11 @@ TEST(shapes, needles_and_dust) {
 TEST(shapes, solves_that_end_early) {
   // A stiff light sheet under water: Δt² k/m = 1.6e4 in its springs. A solve that may do so little leaves its fast
   // modes anywhere; what it may not do is give them energy. By pd Newton's method comes in, and 3 iterations are enough
-  // for half of the solves.
+  // for half of the solves; on a GPU it follows as many iterations before it.
   for (const std::string method : {"pd", "xpbd"})
-    for (const int most : method == "pd" ? std::vector{1, 2} : std::vector{3, 12, 25}) {
+    for (const int most : method == "xpbd"     ? std::vector{3, 12, 25}
+                          : computes_on_host() ? std::vector{1, 2}
+                                               : std::vector{1}) {
       WatchedRun run(water_over(
           {{"areal_density: 0.2", "areal_density: 0.05\n    stretch: 2.0e4"},
            {"cloth:\n", fmt::format("cloth_solver: {{method: {}, tolerance: 1.0e-6, max_iterations: {}}}\ncloth:\n",

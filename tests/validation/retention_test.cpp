@@ -60,7 +60,7 @@ cloth:
     initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: 1}}]
     hold_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1.0e-6, 1]}}, value: 1}}]
     porous: {{diffusivity: 1.0e-3, diffusion: degenerate, retention_exponent: {0}, capillary_height: {3},
-             drainage_height: {4}, max_saturation: 1}}
+             drainage_height: {4}}}
 )",
                              beta, length, length / 2, height, drained));
     std::vector<double> up;  // of each node, m along the strip

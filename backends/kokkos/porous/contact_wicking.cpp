@@ -36,7 +36,7 @@ KOKKOS_INLINE_FUNCTION laws::Layer layer_of(const Material& m, double other, dou
           height / smaller(height, other),
           m.retention,
           most_in_pores(m),
-          double(m.drainage_ratio()),
+          laws::retention_of(m).ratio,
           m.mobility_exponent};
 }
 
@@ -183,7 +183,8 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
             const Material& m = materials(n);
             const double weight = ends.weight(c, far != 0, k), filling = wet.pore_filling(n, m);
             s[far] += weight * filling;
-            if (m.has_hysteresis()) scanned[far] += weight * laws::retention_of(m).held(filling, double(scanning(n)));
+            if (laws::has_hysteresis(m))
+              scanned[far] += weight * laws::retention_of(m).held(filling, double(scanning(n)));
           }
         const Material &own = materials(ends.node(c, false, 0)), &other = materials(ends.node(c, true, 0));
         const double exponent = larger(own.mobility_exponent, other.mobility_exponent);

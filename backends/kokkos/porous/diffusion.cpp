@@ -96,7 +96,7 @@ struct NodePairs {
     if (!(conductance(e) > 0)) return 0;
     const Index i = pair(2 * e), j = pair(2 * e + 1);
     const Material& m = materials(i);
-    double flux = scanning.exist() && m.has_hysteresis()
+    double flux = scanning.exist() && laws::has_hysteresis(m)
                       ? scanned_flux(e, i, j)
                       : laws::retained_flux(conductance(e), wet.pore_filling(i, m), wet.pore_filling(j, materials(j)),
                                             drop(e), m.mobility_exponent, m.retention);
@@ -133,7 +133,7 @@ void turn_nodes(const Constants& constants, Cloth& cloth) {
   parallel(
       "drench::diffusion::turn", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Material& m = materials(n);
-        if (!m.has_hysteresis() || !(wet.capacity(n) > 0)) return;
+        if (!laws::has_hysteresis(m) || !(wet.capacity(n) > 0)) return;
         const laws::Scan scan =
             laws::retention_of(m).next({double(scanning(n)), double(extreme(n))}, wet.pore_filling(n, m));
         scanning(n) = Real(scan.curve);

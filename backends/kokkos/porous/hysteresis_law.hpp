@@ -34,13 +34,12 @@ struct Retention {
 
   /// At the saturation s now.
   KOKKOS_INLINE_FUNCTION Scan next(const Scan& last, double s) const {
-    if (s >= 1) return {1, s};
-    if (last.curve >= 0) {
-      const double curve = last.curve > 0 ? last.curve : 1;
-      if (s >= last.extreme) return {curve, s};
-      if (s > last.extreme - turning) return {curve, last.extreme};
+    if (last.curve == 0 || s >= 1) return {1, s};
+    if (last.curve > 0) {
+      if (s >= last.extreme) return {last.curve, s};
+      if (s > last.extreme - turning) return last;
       const double from = smaller(1.0, last.extreme);
-      return {-smaller(1.0, from / drained(held(from, curve))), s};
+      return {-smaller(1.0, from / drained(held(from, last.curve))), s};
     }
     if (s <= last.extreme) return {last.curve, s};
     if (s < last.extreme + turning) return last;
@@ -49,10 +48,14 @@ struct Retention {
   }
 };
 
-/// Of a material.
+/// BasicMaterial::has_hysteresis for kernels: nvcc does not call what is only constexpr.
+template <class Material>
+KOKKOS_INLINE_FUNCTION bool has_hysteresis(const Material& m) {
+  return m.porous && m.diffusivity > 0 && m.drainage_height > m.capillary_height;
+}
 template <class Material>
 KOKKOS_INLINE_FUNCTION Retention retention_of(const Material& m) {
-  return {m.retention, double(m.drainage_height) / double(m.capillary_height)};
+  return {m.retention, has_hysteresis(m) ? double(m.drainage_height) / double(m.capillary_height) : 1};
 }
 
 }  // namespace drench::kokkos_backend::laws
