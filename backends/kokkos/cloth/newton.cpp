@@ -158,7 +158,7 @@ bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSyste
   measure(s, now_);
   anderson_.clear();
   double best = now_.over_goal;
-  Vectors best_shift = now_.shift;
+  Vectors best_shift;
   std::vector<double> past;
   const int cap = std::min(most, most_iterations);
   for (int k = 0; k < cap && !(now_.over_goal <= 1 && k > 0); ++k) {
@@ -176,7 +176,7 @@ bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSyste
     best = now_.over_goal;
     if (best > 1) best_shift = now_.shift;
   }
-  if (now_.over_goal > 1) now_.shift = best_shift;
+  if (now_.over_goal > 1 && !best_shift.empty()) now_.shift = best_shift;
   progress.residual = std::min(best, now_.over_goal);
   return progress.residual <= 1 || cap == most;
 }
