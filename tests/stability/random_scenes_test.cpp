@@ -104,8 +104,9 @@ TEST(random_scenes, that_broke_a_rule_once_hold_it) {
   // to 343 m/s.
   EXPECT_EQ(watch_scenes({1019, 1025, 1027, 2008, 2042, 2087, 6016, 7024, 10634, 11751, 11401}, true).stopped, 0);
   // A particle that fabric lets out between it and a sheet of 464 times less mass a node, which went at 4,650 m/s.
-  // Sheets on a plane whose relaxed nodes were not finite numbers any more, which counted as converged.
-  EXPECT_EQ(watch_scenes({31515, 80114, 80362}).stopped, 0);
+  // Sheets on a plane whose relaxed nodes were not finite numbers any more, which counted as converged. Compressible
+  // fabric with a porosity of 2e-8, which is 0 in single precision.
+  EXPECT_EQ(watch_scenes({31515, 80114, 80362, 92036}).stopped, 0);
 }
 
 }  // namespace drench::test

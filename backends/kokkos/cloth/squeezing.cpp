@@ -2,6 +2,7 @@
 
 #include "stages/squeezing.hpp"
 
+#include <limits>
 #include <utility>
 
 #include "cloth/pins.hpp"
@@ -189,6 +190,9 @@ void balance(const Cloth& cloth, const Squeezing& s, Index pairs) {
       "drench::squeezing::load", pairs, KOKKOS_LAMBDA(const Index k) { s.add_load(k); });
 }
 
+/// 1 − Φ of fabric whose Φ is rounded to 1.
+constexpr double least_porosity = 0.5 * static_cast<double>(std::numeric_limits<Real>::epsilon());
+
 /// The mean pressure, and what the pores hold under it.
 void press_pores(const Constants& constants, Cloth& cloth, const Squeezing& s) {
   const Entries<Real> pressure = cloth.nodes.contact_pressure;
@@ -203,11 +207,12 @@ void press_pores(const Constants& constants, Cloth& cloth, const Squeezing& s) {
       "drench::squeezing::pores", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Material& m = materials(n);
         if (!(m.compressibility > 0) || !(capacity(n) > 0)) return;
-        const double area = capacity(n) / (density * (1 - double(m.solid_fraction)) * double(m.thickness));
+        const double porosity = larger(1 - double(m.solid_fraction), least_porosity);
+        const double area = capacity(n) / (density * porosity * double(m.thickness));
         const double now = s.pressed(n) / area, p = double(pressure(n)) + part * (now - double(pressure(n)));
         pressure(n) = Real(p);
         const double taken = p > 0 ? double(m.compressibility) * p / (p + double(m.compression)) : 0;  // of τ
-        const double left = 1 - taken / (1 - double(m.solid_fraction));
+        const double left = 1 - taken / porosity;
         const double holds = larger(left, law::least_pores) * capacity(n);
         pores(n) = holds;
         full(n) = static_cast<Quanta>(Kokkos::floor(holds / quantum));
