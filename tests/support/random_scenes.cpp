@@ -268,7 +268,7 @@ std::string SceneDraw::filmed_or_squeezed(std::string pores, bool still) {
   const std::size_t heights = pores.find("diffusion: degenerate, " + height);
   const bool spreads = pores.find("diffusivity: 0,") == pores.npos;
   const std::string drained = drawn_by(latest_, heights == pores.npos || !spreads ? 0 : 0.4, [&] {
-    return fmt::format("drainage_height: {:.3g}, ", number_after(height) * logarithmic(1.01, 5));
+    return fmt::format("drainage_height: {:.3g}, ", std::min(1000.0, number_after(height) * logarithmic(1.01, 5)));
   });
   if (!drained.empty()) pores.insert(heights + std::string("diffusion: degenerate, ").size(), drained);
   const std::string film = drawn_by(newest_, pores.empty() ? 0 : 0.15, [&] {
