@@ -9,6 +9,7 @@
 
 #include "hard_scene.hpp"
 #include "paths.hpp"
+#include "sheet_inside_a_sphere.hpp"
 #include "states.hpp"
 
 namespace drench::test {
@@ -123,18 +124,7 @@ bodies:
 }
 
 TEST(contact, a_sheet_inside_a_body_comes_out_without_being_thrown) {
-  // A sheet through the middle of a sphere: half of its nodes start up to 5 cm inside.
-  WatchedRun run(R"(drench: 1
-time: {step: 0.004, end: 1}
-gravity: [0, 0, 0]
-cloth:
-  - mesh: {grid: {size: [0.3, 0.3], nodes: [31, 31]}}
-    place: {position: [0, 0.03, 0]}
-    settle: 50
-bodies:
-  - sphere: {center: [0, 0, 0], radius: 0.08}
-)",
-                 {.energy = HUGE_VAL});
+  WatchedRun run(sheet_inside_a_sphere, {.energy = HUGE_VAL});
   const auto inside = [](const HostState& s) {
     return std::count_if(s.node_position.begin(), s.node_position.end(),
                          [](const Vec3& x) { return std::hypot(x[0], x[1], x[2]) < 0.08; });

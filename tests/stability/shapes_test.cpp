@@ -192,8 +192,8 @@ TEST(shapes, needles_and_dust) {
 
 TEST(shapes, solves_that_end_early) {
   // A stiff light sheet under water: Δt² k/m = 1.6e4 in its springs. A solve that may do so little leaves its fast
-  // modes anywhere; what it may not do is give them energy. By pd Newton's method comes in, and 3 iterations are enough
-  // for half of the solves; on a GPU it follows as many iterations before it.
+  // modes anywhere; what it may not do is give them energy. With pd, Newton's method takes part, and 3 iterations are
+  // enough for half of the solves; on a GPU it follows as many iterations before it.
   for (const std::string method : {"pd", "xpbd"})
     for (const int most : method == "xpbd"     ? std::vector{3, 12, 25}
                           : computes_on_host() ? std::vector{1, 2}

@@ -43,7 +43,7 @@ class NewtonCloth {
   /// iterations have to go on.
   bool run(const Entries<const Real3>& displacement, const ClothSystem& s, ClothProgress& progress, int most,
            double tolerance);
-  /// The best iterate of the last solve, m; pinned nodes keep what they have.
+  /// Writes the result of the last call to `displacement`, m; pinned nodes keep what they have.
   void write_result(const ClothSystem& s, const Entries<Real3>& displacement) const;
 
  private:

@@ -258,13 +258,14 @@ void ClothIteration::finish_on_host() {
   if (newton_ || method_ != ClothMethod::pd || model.cloth_engine == ClothEngine::reference || progress().residual <= 1)
     return;
   double best = progress_.residual;
-  const Array<Real3> kept("drench::cloth::best_displacement", solver_.displacement.extent(0));
+  const Array<Real3> kept(Kokkos::ViewAllocateWithoutInitializing("drench::cloth::best_displacement"),
+                          solver_.displacement.extent(0));
   const auto keep = [&](double found) {
     if (!(found < best)) return;
     best = found;
-    Kokkos::deep_copy(kept, static_cast<const Array<Real3>&>(solver_.displacement));
+    Kokkos::deep_copy(kept, solver_.displacement);
   };
-  Kokkos::deep_copy(kept, static_cast<const Array<Real3>&>(solver_.displacement));
+  Kokkos::deep_copy(kept, solver_.displacement);
   run_newton_on_host(bodies_, cloth_, solver_, system_, model.cloth_pushes_bodies(), progress_,
                      model.scene.cloth_solver.max_iterations, tolerance_);
   if (progress_.residual <= 1) return;
@@ -277,7 +278,7 @@ void ClothIteration::finish_on_host() {
     progress_.judge(residual());
     keep(progress_.residual);
   }
-  Kokkos::deep_copy(static_cast<const Array<Real3>&>(solver_.displacement), kept);
+  Kokkos::deep_copy(solver_.displacement, kept);
   progress_.residual = best;
 }
 

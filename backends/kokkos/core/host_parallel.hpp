@@ -5,8 +5,8 @@
 
 namespace drench::kokkos_backend {
 
-/// body(i) for i in [0, n): parallel() where kernels run on the host; else by the threads of the GPU's host, with
-/// neighbouring indexes on one thread.
+/// Runs body(i) for i in [0, n): by parallel() where kernels run on the host, else on the threads of the GPU's host,
+/// each of which takes neighbouring indexes.
 template <class Body>
 void host_parallel(const char* label, Index n, const Body& body) {
   if (n <= 0) return;

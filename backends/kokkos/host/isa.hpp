@@ -3,8 +3,8 @@
 
 #include "host/real.hpp"
 
-// Rows in vectors are a host's; a GPU's kernels have a thread a row. Of a build for a GPU only files without kernels
-// are not compiled by nvcc.
+// Rows in vectors are a host's; a GPU's kernels have a thread a row. A build for a GPU compiles all files that see
+// Kokkos by nvcc.
 #ifndef __CUDACC__
 #define DRENCH_LANES
 #endif

@@ -11,7 +11,7 @@ struct PanelRun {
   Index source, target, length;
 };
 
-/// What they do stands in host/panels.inl.
+/// Described in host/panels.inl.
 struct PanelLoops {
   void (*factor_panel)(Real* a, Index columns, Index stride, Real* inverse_pivot);
   void (*invert_panel)(const Real* a, Index columns, Index stride, Index top, const Real* inverse_pivot, Real* inverse);

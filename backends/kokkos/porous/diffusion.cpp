@@ -105,6 +105,7 @@ struct NodePairs {
     const Quanta o = offered(Kokkos::abs(flux) * scale);
     return flux > 0 ? o : -o;
   }
+  /// Of pair e, kg/s, by the suctions of both nodes on their own curves.
   KOKKOS_INLINE_FUNCTION double scanned_flux(Index e, Index i, Index j) const {
     const Material& m = materials(i);
     const laws::Retention retention = laws::retention_of(m);
