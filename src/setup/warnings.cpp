@@ -288,7 +288,7 @@ void warn_of_stiff_cloths(const Model& m, Lines& lines) {
     const double unit = std::pow(10, std::floor(std::log10(low)) - 1);  // two digits, rounded down
     lines.push_back(fmt::format(
         "{}: with Jacobi iterations (on a GPU, with xpbd) its solve needs about {:.0f} iterations per step, more than "
-        "cloth_solver.max_iterations, {:.0f}: with pd the CPU finishes the steps, slowly; with xpbd the cloth moves "
+        "cloth_solver.max_iterations, {:.0f}: with pd the CPU finishes the steps; with xpbd the cloth moves "
         "sluggishly; use more iterations, a time.step of {:.2g} s, or less {}",
         cloth_label(cloth.name), needed.count, cap, std::floor(low / unit) * unit, needed.cause));
   }

@@ -65,7 +65,7 @@ std::set<std::string> keys_of_test_scenes() {
   std::set<std::string> keys;
   if (!fs::exists(tests)) return schema_paths();
   for (const auto& file : fs::recursive_directory_iterator(tests)) {
-    if (file.path().extension() != ".cpp") continue;
+    if (file.path().extension() != ".cpp" && file.path().extension() != ".hpp") continue;
     const std::string text = test::read_text(file.path()), begin = "R\"(drench: 1\n", end = ")\"";
     for (std::size_t at = text.find(begin); at != text.npos; at = text.find(begin, at + 1)) {
       const std::size_t first = at + 3, last = text.find(end, first);
