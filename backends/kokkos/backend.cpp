@@ -10,6 +10,7 @@
 #include "cloth/stages.hpp"
 #include "core/host_copy.hpp"
 #include "core/neighbor_search.hpp"
+#include "core/workspace.hpp"
 #include "coupling/advection.hpp"
 #include "coupling/body_response.hpp"
 #include "coupling/wind.hpp"
@@ -30,8 +31,9 @@ namespace {
 
 class KokkosBackend final : public Backend {
  public:
-  KokkosBackend(const Model& model, const Communicator* ranks)
-      : constants_(model, ranks), fluid_(constants_), bodies_(constants_), cloth_(constants_) {
+  /// `workspace` is the current one.
+  KokkosBackend(const Model& model, const Communicator* ranks, std::unique_ptr<Workspace> workspace)
+      : workspace_(std::move(workspace)), constants_(model, ranks), fluid_(constants_), bodies_(constants_), cloth_(constants_) {
     for (CellTable* table : {&wet_adhesion_.cells, &measures_.cells}) *table = CellTable(model.scene.sort);
     aim_jets();
   }
@@ -45,6 +47,7 @@ class KokkosBackend final : public Backend {
   void fence() override { Kokkos::fence("drench::pipeline::timer"); }
 
   void upload(const HostState& state) override {
+    const CurrentWorkspace here(*workspace_);
     fluid_.exchange.upload_own(state, fluid_.particles);
     bodies_.upload(constants_, state);
     cloth_.upload(constants_.model, state);
@@ -55,6 +58,7 @@ class KokkosBackend final : public Backend {
   }
 
   HostState download() const override {
+    const CurrentWorkspace here(*workspace_);
     HostState state;
     fluid_.particles.download(state);
     fluid_.exchange.gather(state);
@@ -72,30 +76,41 @@ class KokkosBackend final : public Backend {
     return state;
   }
 
-  void keep() override { kept_.keep(fluid_, bodies_, cloth_, accounts_, jets_); }
-  void go_back() override { kept_.go_back(fluid_, bodies_, cloth_, accounts_, jets_); }
+  void keep() override {
+    const CurrentWorkspace here(*workspace_);
+    kept_.keep(fluid_, bodies_, cloth_, accounts_, jets_);
+  }
+  void go_back() override {
+    const CurrentWorkspace here(*workspace_);
+    kept_.go_back(fluid_, bodies_, cloth_, accounts_, jets_);
+  }
 
   std::vector<FieldView> fields() const override {
+    const CurrentWorkspace here(*workspace_);
     Kokkos::fence("drench::fields");
     return field_views(constants_.model, fluid_, bodies_, cloth_);
   }
 
   void model_changed() override {
+    const CurrentWorkspace here(*workspace_);
     find_moving_pins(constants_.model, cloth_.nodes);
     take_applied(constants_, bodies_);
     aim_jets();
   }
 
   HostState body_states() const override {
+    const CurrentWorkspace here(*workspace_);
     HostState state;
     bodies_.download_poses(constants_, state);
     return state;
   }
   std::vector<std::optional<BodyLoad>> body_loads(double dt) const override {
+    const CurrentWorkspace here(*workspace_);
     return kokkos_backend::body_loads(constants_, bodies_, dt);
   }
 
   void run(Stage stage, const StepInfo& info, StepReport& report) override {
+    const CurrentWorkspace here(*workspace_);
     Kokkos::Profiling::ScopedRegion region(std::string("drench::") + std::string(name_of(stage)));
     if (stage >= Stage::drying && stage <= Stage::reservoir) cloth_.soaked.advance();
     switch (stage) {
@@ -166,6 +181,7 @@ class KokkosBackend final : public Backend {
   }
 
   std::vector<std::pair<Index, Index>> neighbor_pairs(const std::string& list) const override {
+    const CurrentWorkspace here(*workspace_);
     const NeighborList& l = list_named(list);
     std::vector<std::pair<Index, Index>> pairs;
     const bool from_liquid = list.starts_with("fluid_"), to_liquid = list.ends_with("_fluid");
@@ -210,6 +226,7 @@ class KokkosBackend final : public Backend {
     throw std::runtime_error("no neighbour list " + name);
   }
 
+  std::unique_ptr<Workspace> workspace_;
   Constants constants_;
   // what a run computes with
   Fluid fluid_;
@@ -305,7 +322,10 @@ MemoryEstimate kokkos_rank_bytes(const SetupSize& scene, double owned, double gh
 std::unique_ptr<Backend> make_kokkos_backend(const Model& model) { return make_kokkos_backend_on(nullptr, model); }
 
 std::unique_ptr<Backend> make_kokkos_backend_on(const Communicator* ranks, const Model& model) {
-  return std::make_unique<kokkos_backend::KokkosBackend>(model, ranks);
+  using namespace kokkos_backend;
+  auto workspace = std::make_unique<Workspace>();
+  const CurrentWorkspace here(*workspace);
+  return std::make_unique<KokkosBackend>(model, ranks, std::move(workspace));
 }
 
 }  // namespace drench

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <exception>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -26,7 +27,8 @@
 /// Water meeting porous cloth. All quantities are in SI units.
 namespace drench {
 
-/// A run of a scene on the backend of this build. A BackendRuntime must outlive it. All calls come from one thread.
+/// A run of a scene on the backend of this build. A BackendRuntime must outlive it. Calls to one run come from one thread
+/// at a time. In a build for the CPU, different runs may compute in different threads at the same time.
 class Simulation {
  public:
   /// Sets the scene up: its geometry, its samples, its arrays on the device. The scene is checked as a file would be.
@@ -207,5 +209,20 @@ class Simulation {
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };
+
+/// What became of a step of one of several runs.
+struct Stepped {
+  StepReport report;         ///< of its step; empty if the run could not go on
+  std::exception_ptr error;  ///< what Simulation::step() threw; null if it threw nothing
+};
+/// One step of each of several independent runs, side by side: each has the bits that it has alone. On a CPU every
+/// thread takes the next run that waits, so that n runs on n cores take as long as one run on one core; on a GPU they
+/// take turns.
+/// @param runs each of them once, none over ranks
+/// @param longest for each run: its step is not longer than this, s
+/// @returns what became of each. Those that fail do not keep the others from their step
+/// @throws std::invalid_argument for another number of `longest`, a length that is not above 0, or a run that is named
+///   twice
+std::vector<Stepped> step_together(const std::vector<Simulation*>& runs, const std::vector<double>& longest);
 
 }  // namespace drench

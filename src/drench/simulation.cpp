@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <tuple>
@@ -52,13 +53,20 @@ MemoryBudget budget_of(const Scene& scene, const Communicator* ranks) {
   return memory_budget_of_rank(memory_budget(), share_of_rank(scene, ranks->size()));
 }
 
+/// VTK's readers and the libraries behind them are not known to be safe in several threads.
+Setup set_up_alone(const Scene& scene, const Communicator* ranks) {
+  static std::mutex one;
+  const std::scoped_lock alone(one);
+  return build(scene, budget_of(scene, ranks));
+}
+
 }  // namespace
 
 struct Simulation::Parts {
   Parts(const Scene& given, const Communicator* communicator)
       : ranks(communicator),
         scene(checked(given)),
-        setup(build(scene, budget_of(scene, communicator))),
+        setup(set_up_alone(scene, communicator)),
         at_start(prescribed_of(setup.model)),
         backend(make_kokkos_backend_on(ranks, setup.model)),
         pipeline(std::make_unique<Pipeline>(setup.model, *backend, setup.state)),
@@ -347,7 +355,7 @@ void Simulation::restore(const HostState& state, const std::vector<double>& chan
 void Simulation::reset() {
   parts_->require_one_rank("reset");
   parts_->require_no_recorder("reset");
-  if (!parts_->initial) parts_->initial = build(parts_->scene, budget_of(parts_->scene, nullptr)).state;
+  if (!parts_->initial) parts_->initial = set_up_alone(parts_->scene, nullptr).state;
   const std::vector<double> no_changes;
   parts_->go_on_from([&] { return std::tie(*parts_->initial, no_changes); });
 }

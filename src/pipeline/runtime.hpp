@@ -50,8 +50,21 @@ struct BackendRuntime {
 
 /// The threads of a build for the host; 1 for a GPU's.
 int loop_threads();
-/// How many of them share loops. It may change between any two steps, for results do not depend on it.
+/// How many of them share the loops of a run: share_loops(), and in a thread with OwnLoops those.
+int shared_loops();
+/// How many of them share the loops of a run. It may change between any two steps, for results do not depend on it.
 void share_loops(int threads);
+/// As long as it lives, loops of the thread that made it are shared among so many threads, whatever share_loops() says.
+class OwnLoops {
+ public:
+  explicit OwnLoops(int threads);
+  ~OwnLoops();
+  OwnLoops(const OwnLoops&) = delete;
+  OwnLoops& operator=(const OwnLoops&) = delete;
+
+ private:
+  int before_;
+};
 /// What all of them get of the cores now, in cores; takes 30 ms (base/free_cores.hpp).
 double loop_cores();
 

@@ -371,7 +371,7 @@ Options read(int argc, char** argv) {
 int main(int argc, char** argv) {
   const auto options = drench::kokkos_backend::read(argc, argv);
   const Kokkos::ScopeGuard kokkos(Kokkos::InitializationSettings().set_disable_warnings(true));
-  drench::kokkos_backend::HostLoops::threads = drench::kokkos_backend::HostLoops::all =
+  drench::kokkos_backend::HostLoops::most = drench::kokkos_backend::HostLoops::all =
       drench::kokkos_backend::ExecSpace().concurrency();
   drench::kokkos_backend::run(options);
 }

@@ -20,7 +20,7 @@ struct FindBounds {
 PointBounds bounds_of(const Array<Real3>& points, Index count, HostBounds& result) {
   make_room_for_one(result, "drench::cell_bounds");
   Kokkos::parallel_reduce("drench::cell_table::bounds", range(count), FindBounds{points}, result);
-  ExecSpace().fence("drench::cell_table::bounds");
+  exec().fence("drench::cell_table::bounds");
   return result();
 }
 

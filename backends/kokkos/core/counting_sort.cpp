@@ -7,7 +7,7 @@ namespace {
 
 void clear(const Array<Index>& a, Index n) {
   if (!on_host) {
-    Kokkos::deep_copy(ExecSpace(), Kokkos::subview(a, Kokkos::make_pair(Index(0), n)), Index(0));
+    Kokkos::deep_copy(exec(), Kokkos::subview(a, Kokkos::make_pair(Index(0), n)), Index(0));
     return;
   }
   parallel(

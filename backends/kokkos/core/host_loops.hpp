@@ -2,6 +2,7 @@
 // Which loops of a host are shared among its threads: those that take long enough. What a loop computes does not depend
 // on it.
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 
@@ -11,7 +12,10 @@ namespace drench::kokkos_backend {
 
 /// How many of the threads share loops (core/runtime.cpp); beside a GPU, those of host_parallel().
 struct HostLoops {
-  static inline int threads = 1, all = 1;
+  static inline int all = 1;
+  static inline std::atomic<int> most{1};  // of a run
+  static inline thread_local int own = 0;  // of the runs of this thread, where they have a limit of their own
+  static int threads() { return own > 0 ? own : most.load(std::memory_order_relaxed); }
   /// A loop that takes less is not shared, ns: threads that spin are there within one or two µs, those that sleep after
   /// some 50.
   static inline float worth = 8e3F;
@@ -21,7 +25,7 @@ struct HostLoops {
 class LoopTime {
  public:
   bool is_worth_sharing(Index n) const {
-    if (HostLoops::threads == 1) return false;
+    if (HostLoops::threads() == 1) return false;
     return known_ ? item_ * static_cast<float>(n) > HostLoops::worth : n > 1024;
   }
   /// Is this run to be timed? One of eight is.
@@ -50,7 +54,7 @@ void run_timed(LoopTime& time, Index n, const Alone& alone, const Together& toge
     alone();
   if (timed)
     time.learn(n, std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count(),
-               share ? HostLoops::threads : 1);
+               share ? HostLoops::threads() : 1);
 }
 
 }  // namespace drench::kokkos_backend

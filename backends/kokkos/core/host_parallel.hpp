@@ -13,7 +13,7 @@ void host_parallel(const char* label, Index n, const Body& body) {
   if constexpr (on_host) {
     parallel(label, n, body);
   } else {
-    static LoopTime time;
+    static thread_local LoopTime time;
     run_timed(
         time, n,
         [&] {
@@ -21,7 +21,7 @@ void host_parallel(const char* label, Index n, const Body& body) {
         },
         [&] {
 #ifdef _OPENMP
-#pragma omp parallel for schedule(static) num_threads(HostLoops::threads)
+#pragma omp parallel for schedule(static) num_threads(HostLoops::threads())
 #endif
           for (Index i = 0; i < n; ++i) body(i);
         });

@@ -302,7 +302,7 @@ bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support
     searches.reserve(left.size());
     for (const ListRequest& request : left) searches.push_back(search_for(request, support));
     launch<CellPoints>(searches);
-    ExecSpace().fence("drench::neighbors::list");
+    exec().fence("drench::neighbors::list");
     std::erase_if(left, [](const ListRequest& request) { return request.list->needed() == 0; });
     for (const ListRequest& request : left) grow(*request.list, request.list->needed() + request.list->needed() / 4);
   }

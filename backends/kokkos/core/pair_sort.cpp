@@ -49,7 +49,7 @@ void sort_pairs(PairSort& pairs, Index count, int bits) {
   make_room(pairs.next_key, "drench::pair_sort::key", pairs.key.extent(0));
   make_room(pairs.next_item, "drench::pair_sort::item", pairs.item.extent(0));
   // More chunks than threads only cost counters; a chunk of a few pairs would be all counters.
-  const Index chunks = std::max<Index>(1, std::min<Index>(ExecSpace().concurrency(), count >> digit));
+  const Index chunks = std::max<Index>(1, std::min<Index>(exec().concurrency(), count >> digit));
   make_room(pairs.place, "drench::pair_sort::place", static_cast<std::size_t>(chunks) << most_bits);
   for (int low = 0; low < bits; low += digit) {
     sort_by_digit(count, low, digit, chunks, pairs.place, pairs.key, pairs.item, pairs.next_key, pairs.next_item);

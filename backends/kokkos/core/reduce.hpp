@@ -7,6 +7,7 @@
 #include "core/ranks.hpp"
 #include "core/sizing.hpp"
 #include "core/types.hpp"
+#include "core/workspace.hpp"
 
 #ifdef KOKKOS_ENABLE_CUDA
 #include "core/team_sums.hpp"
@@ -36,22 +37,7 @@ struct ThreeSums {
 /// Of a host's sums: so many parts, which become fewer, and then the last few.
 inline constexpr Index parts_of_sums[] = {4096, 256, 32};
 
-/// Room for partial sums of any kind, in words of 8 bytes; grows on demand, freed with Kokkos.
-struct SumRoom {
-  Array<double> many, some;
-  Kokkos::View<double*, Kokkos::SharedHostPinnedSpace> few;
-  Kokkos::View<unsigned, MemSpace> finished;  // teams
-  Kokkos::View<double, Kokkos::SharedHostPinnedSpace> maximum[3];
-};
-inline SumRoom& sum_room() {
-  static SumRoom room;
-  static const bool hooked = [] {
-    Kokkos::push_finalize_hook([] { room = {}; });
-    return true;
-  }();
-  (void)hooked;
-  return room;
-}
+inline SumRoom& sum_room() { return Workspace::current().sums; }
 
 /// `n` sums in that room.
 template <class Sum, class Words>
@@ -98,7 +84,7 @@ Sum reduced(const char* label, Index n, const Add& add) {
   if (n == 0) return {};
   const auto one = sums_in<Sum>(sum_room().few, 1);
   reduce_into(label, n, add, one.data());
-  ExecSpace().fence(label);
+  exec().fence(label);
   return one(0);
 }
 
@@ -117,7 +103,7 @@ struct SumUnderWay {
 
   /// Synchronises with the host.
   Sum wait() const {
-    ExecSpace().fence(label);
+    exec().fence(label);
     return arrived();
   }
   /// Once the host has waited for this kernel or a later one.
@@ -204,7 +190,7 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
   policy.set_scratch_size(0, Kokkos::PerTeam(Sums::Scratch::shmem_size(Sums::threads)));
   const Sums sums{n_first, n_second, a, b, first, second, part.data(), both.data(), room.finished.data()};
   Kokkos::parallel_for(label, policy, sums);
-  ExecSpace().fence(label);
+  exec().fence(label);
   return {both(0), both(1)};
 #else
   constexpr const auto& sizes = parts_of_sums;
@@ -219,7 +205,7 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
   add_pair_parts(label, n_first, a[0], first, n_second, b[0], second, many);
   add_pair_parts(label, a[0], a[1], PartsFrom<Sum>{many.data()}, b[0], b[1], PartsFrom<Sum>{many.data() + a[0]}, some);
   add_pair_parts(label, a[1], a[2], PartsFrom<Sum>{some.data()}, b[1], b[2], PartsFrom<Sum>{some.data() + a[1]}, few);
-  ExecSpace().fence(label);
+  exec().fence(label);
   SumPair<Sum> total;
   for (Index p = 0; p < a[2]; ++p) total.first += few(p);
   for (Index p = 0; p < b[2]; ++p) total.second += few(a[2] + p);
@@ -269,7 +255,7 @@ class MaximaUnderWay {
   /// The largest of all, on all ranks; 0 if none is larger. Synchronises with the host.
   double wait(const char* label, const Communicator* ranks = nullptr) const {
     double most = 0;
-    if (count_ > 0) ExecSpace().fence(label);
+    if (count_ > 0) exec().fence(label);
     for (std::size_t k = 0; k < count_; ++k) most = Kokkos::max(most, sum_room().maximum[k]());
     OverRanks(ranks).maximum(most).reduce();
     return most;

@@ -60,12 +60,12 @@ void count_allocations() {
 void settle_loops() {
   using kokkos_backend::HostLoops;
   if constexpr (kokkos_backend::on_host) {
-    HostLoops::threads = HostLoops::all = kokkos_backend::ExecSpace().concurrency();
+    HostLoops::most = HostLoops::all = kokkos_backend::ExecSpace().concurrency();
   } else {
     constexpr int most = 8;  // more do not make Newton's method for cloth faster
     const int threads = Kokkos::DefaultHostExecutionSpace().concurrency();
     const bool shared = threads >= static_cast<int>(std::thread::hardware_concurrency());  // with other ranks
-    HostLoops::threads = std::clamp(shared ? threads / started_ranks() : threads, 1, most);
+    HostLoops::most = std::clamp(shared ? threads / started_ranks() : threads, 1, most);
   }
   const char* const policy = std::getenv("OMP_WAIT_POLICY");
   if (policy != nullptr && (policy[0] == 'p' || policy[0] == 'P')) HostLoops::worth = 2e5F;
@@ -158,8 +158,15 @@ BackendRuntime::~BackendRuntime() {
 
 int loop_threads() { return kokkos_backend::on_host ? kokkos_backend::HostLoops::all : 1; }
 
+int shared_loops() { return kokkos_backend::on_host ? kokkos_backend::HostLoops::threads() : 1; }
+
+OwnLoops::OwnLoops(int threads) : before_(kokkos_backend::HostLoops::own) {
+  if (kokkos_backend::on_host) kokkos_backend::HostLoops::own = std::clamp(threads, 1, loop_threads());
+}
+OwnLoops::~OwnLoops() { kokkos_backend::HostLoops::own = before_; }
+
 void share_loops(int threads) {
-  if (kokkos_backend::on_host) kokkos_backend::HostLoops::threads = std::clamp(threads, 1, loop_threads());
+  if (kokkos_backend::on_host) kokkos_backend::HostLoops::most = std::clamp(threads, 1, loop_threads());
 }
 
 double loop_cores() {
@@ -173,26 +180,6 @@ double loop_cores() {
 #endif
   return cores;
 }
-
-namespace kokkos_backend {
-
-const ExecSpace& space_of(int threads) {
-  static std::vector<std::optional<ExecSpace>> spaces;
-  if (spaces.empty()) {
-    spaces.resize(static_cast<std::size_t>(ExecSpace().concurrency()) + 1);
-    Kokkos::push_finalize_hook([] { spaces.clear(); });
-  }
-  std::optional<ExecSpace>& space = spaces[static_cast<std::size_t>(threads)];
-  if (!space) {
-#if defined(KOKKOS_ENABLE_OPENMP) && !defined(KOKKOS_ENABLE_CUDA)
-    if (threads < ExecSpace().concurrency()) space.emplace(threads);
-#endif
-    if (!space) space.emplace();
-  }
-  return *space;
-}
-
-}  // namespace kokkos_backend
 
 std::string runtime_description() {
   std::string text = fmt::format("backend: {}\n", kokkos_backend::ExecSpace::name());

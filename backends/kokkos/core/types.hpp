@@ -307,12 +307,14 @@ struct OnDevice<Vec3> {
   using type = Real3;
 };
 
-/// The space with as many of a host's threads (core/runtime.cpp).
+/// The current run's space with as many of a host's threads (core/workspace.cpp).
 const ExecSpace& space_of(int threads);
+/// Where the current run computes.
+ExecSpace exec();
 /// The range of a reduction or scan over n items.
 inline Range range(Index n) {
-  if constexpr (on_host) return Range(space_of(n > 1024 ? HostLoops::threads : 1), 0, n);
-  return Range(0, n);
+  if constexpr (on_host) return Range(space_of(n > 1024 ? HostLoops::threads() : 1), 0, n);
+  return Range(exec(), 0, n);
 }
 
 /// Runs `body(i)` for i in [0, n) under a label that Kokkos Tools and profilers show, e.g. "drench::density::alpha".
@@ -320,7 +322,7 @@ template <class Body>
 void parallel(const char* label, Index n, const Body& body) {
   if (n <= 0) return;
   if constexpr (on_host) {
-    static LoopTime time;
+    static thread_local LoopTime time;
     run_timed(
         time, n,
         [&] {
@@ -330,7 +332,7 @@ void parallel(const char* label, Index n, const Body& body) {
           Kokkos::Tools::endParallelFor(id);
         },
         [&] {  // each thread takes pieces from all over the range, for what takes long lies side by side
-          const Index threads = HostLoops::threads, length = (n - 1) / (16 * threads) + 1;
+          const Index threads = HostLoops::threads(), length = (n - 1) / (16 * threads) + 1;
           Kokkos::parallel_for(label, LoopRange(space_of(threads), 0, threads), [&, threads, length](const Index t) {
             for (Index first = t * length; first < n; first += threads * length) {
               const Index end = first + length < n ? first + length : n;
@@ -339,7 +341,7 @@ void parallel(const char* label, Index n, const Body& body) {
           });
         });
   } else {
-    Kokkos::parallel_for(label, LoopRange(0, n), body);
+    Kokkos::parallel_for(label, LoopRange(exec(), 0, n), body);
   }
 }
 

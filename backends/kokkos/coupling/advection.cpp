@@ -329,7 +329,7 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
   if (commanded) clear_pushes(bodies);
   finish_fluid(constants, fluid, lists, bodies, commanded ? PushesOnBodies(constants, bodies) : PushesOnBodies{}, work,
                dt, info.time + info.dt, sheets);
-  ExecSpace().fence("drench::advection::counts");
+  exec().fence("drench::advection::counts");
   if (sheets && moving_cloth) cloth.sample_bounds.set_made_from(cloth.moved);
   fluid.particles.ghosts = 0;
   const AdvectionCounts own = fluid.particles.count > 0 ? work.counts() : AdvectionCounts{};

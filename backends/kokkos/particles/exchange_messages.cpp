@@ -20,7 +20,7 @@ double seconds_now() {
 
 void Exchange::begin_packing() const {
   finish_halo();
-  if (ranks_->traffic().fenced) ExecSpace().fence("drench::exchange::before");
+  if (ranks_->traffic().fenced) exec().fence("drench::exchange::before");
   begin_ = seconds_now();
 }
 
@@ -46,12 +46,12 @@ void Exchange::begin_travel(const Array<std::byte>& sent, const std::vector<std:
     room(out_, out_bytes);
     room(in_, in_bytes);
     if (out_bytes > 0)
-      Kokkos::deep_copy(ExecSpace(), Kokkos::subview(out_, Kokkos::make_pair(std::size_t{0}, out_bytes)),
+      Kokkos::deep_copy(exec(), Kokkos::subview(out_, Kokkos::make_pair(std::size_t{0}, out_bytes)),
                         Bytes(sent.data(), out_bytes));
     out = out_.data();
     in = in_.data();
   }
-  if (!device_ || ranks_->traffic().fenced) ExecSpace().fence("drench::exchange::packed");
+  if (!device_ || ranks_->traffic().fenced) exec().fence("drench::exchange::packed");
   if (begin_ >= 0) ranks_->traffic().packing += seconds_now() - begin_;
   begin_ = -1;
   std::vector<Message> messages, answers;
@@ -80,13 +80,13 @@ void Exchange::finish_halo() const {
   if (device_) {
     const double begin = seconds_now();
     device_->finish_exchange();
-    if (ranks_->traffic().fenced) ExecSpace().fence("drench::exchange::arrived");
+    if (ranks_->traffic().fenced) exec().fence("drench::exchange::arrived");
     ranks_->traffic().exchanging += seconds_now() - begin;
   } else {
     ranks_->finish_exchange();
     if (!on_host && arriving_bytes_ > 0) {
       using Bytes = Kokkos::View<std::byte*, MemSpace, Kokkos::MemoryUnmanaged>;
-      Kokkos::deep_copy(ExecSpace(), Bytes(static_cast<std::byte*>(arriving_), arriving_bytes_),
+      Kokkos::deep_copy(exec(), Bytes(static_cast<std::byte*>(arriving_), arriving_bytes_),
                         Kokkos::subview(in_, Kokkos::make_pair(std::size_t{0}, arriving_bytes_)));
     }
   }
@@ -107,7 +107,7 @@ void Exchange::share_bytes(void* data, std::size_t bytes) const {
     device_->add_up(static_cast<std::uint32_t*>(data), bytes / sizeof(std::uint32_t));
     return;
   }
-  ExecSpace().fence("drench::exchange::share");
+  exec().fence("drench::exchange::share");
   if constexpr (on_host) {
     ranks_->all_or(data, bytes);
   } else {
@@ -126,7 +126,7 @@ void Exchange::add_up_words(std::int64_t* sums, std::size_t count) const {
     return;
   }
   using Words = Kokkos::View<std::int64_t*, MemSpace, Kokkos::MemoryUnmanaged>;
-  ExecSpace().fence("drench::exchange::add_up");
+  exec().fence("drench::exchange::add_up");
   const Words device(sums, count);
   const auto host = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), device);
   ranks_->all_reduce({host.data(), count}, {});

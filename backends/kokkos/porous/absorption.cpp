@@ -315,7 +315,7 @@ void remove_taken(Fluid& fluid, AbsorptionWork& work) {
   Kokkos::parallel_reduce(
       "drench::absorption::taken", range(fluid.particles.count),
       KOKKOS_LAMBDA(const Index i, Index& sum) { sum += mass(i) > 0 ? 0 : 1; }, work.taken);
-  ExecSpace().fence("drench::absorption::taken");
+  exec().fence("drench::absorption::taken");
   fluid.particles.compact({}, fluid.particles.count - work.taken());
 }
 

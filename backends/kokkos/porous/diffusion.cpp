@@ -314,7 +314,7 @@ void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cl
                StepReport& report) {
   if (cloth.samples.count == 0 || !(info.dt > 0)) return;
   launch_diffusion_rate(constants, cloth, work);
-  if (!work.rate.waited) ExecSpace().fence("drench::diffusion::rate");
+  if (!work.rate.waited) exec().fence("drench::diffusion::rate");
   work.rate.waited = true;
   const int substeps = diffusion_substeps_within_limit(std::max(0.0, work.rate.largest()), info, report);
   const double dt = info.dt / substeps;

@@ -58,7 +58,7 @@ EmissionCounts look(const Constants& constants, const Fluid& fluid, Cloth& cloth
         if (k < particles && mass(k) == 0) ++sum.empty;
       },
       counts);
-  ExecSpace().fence("drench::emission::buffered");
+  exec().fence("drench::emission::buffered");
   return counts();
 }
 

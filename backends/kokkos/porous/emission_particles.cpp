@@ -20,7 +20,7 @@ void prepare(const Cloth& cloth, EmissionWork& work) {
   make_room(work.next, "drench::emission::next", samples);
   const auto buckets = static_cast<std::size_t>(cloth.sample_cells.view().buckets);
   if (make_ample_room(work.head, "drench::emission::head", buckets))
-    Kokkos::deep_copy(ExecSpace(), work.head, Index(-1));
+    Kokkos::deep_copy(exec(), work.head, Index(-1));
 }
 
 }  // namespace
@@ -248,7 +248,7 @@ void create_particles(const Constants& constants, Fluid& fluid, const NeighborLi
   measure_space(constants, fluid, cloth, work);
   fluid.exchange.add_up(work.liquid, cloth.samples.count);
   rank(constants, cloth, work);
-  ExecSpace().fence("drench::emission::counts");
+  exec().fence("drench::emission::counts");
   const EmissionCounts counts = work.counts();
   work.idle = counts.buffered == 0;
   if (counts.empty > 0) fluid.particles.compact({}, fluid.particles.count - counts.empty);

@@ -44,7 +44,7 @@ void KeptState::keep(Fluid& fluid, Bodies& bodies, Cloth& cloth, const Accounts&
   visit_state(fluid, bodies, cloth, particles_, [&](const Bytes& bytes) {
     if (k == arrays_.size()) arrays_.emplace_back();
     make_ample_room(arrays_[k], "drench::kept_state", bytes.extent(0));
-    Kokkos::deep_copy(ExecSpace(), Bytes(arrays_[k].data(), bytes.extent(0)), bytes);
+    Kokkos::deep_copy(exec(), Bytes(arrays_[k].data(), bytes.extent(0)), bytes);
     ++k;
   });
 }
@@ -57,12 +57,12 @@ void KeptState::go_back(Fluid& fluid, Bodies& bodies, Cloth& cloth, Accounts& ac
   jets.particles = jet_particles_;
   std::size_t k = 0;
   visit_state(fluid, bodies, cloth, particles_, [&](const Bytes& bytes) {
-    Kokkos::deep_copy(ExecSpace(), bytes, Bytes(arrays_[k].data(), bytes.extent(0)));
+    Kokkos::deep_copy(exec(), bytes, Bytes(arrays_[k].data(), bytes.extent(0)));
     ++k;
   });
-  if (bodies.dynamic.count > 0) Kokkos::deep_copy(ExecSpace(), bodies.dynamic.predicted, bodies.boundary.velocity);
+  if (bodies.dynamic.count > 0) Kokkos::deep_copy(exec(), bodies.dynamic.predicted, bodies.boundary.velocity);
   // A step that failed between advection and the ledger leaves what it has counted.
-  if (fluid.tunnelled.data() != nullptr) Kokkos::deep_copy(ExecSpace(), fluid.tunnelled, Tunnelled{});
+  if (fluid.tunnelled.data() != nullptr) Kokkos::deep_copy(exec(), fluid.tunnelled, Tunnelled{});
   fluid.particles.moved.advance();
   cloth.moved.advance();
   cloth.soaked.advance();

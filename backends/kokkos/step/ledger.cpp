@@ -172,7 +172,7 @@ SumPair<LedgerSums> measure(const Constants& constants, const Fluid& fluid, cons
   if (constants.ranks && fluid.particles.count == 0 &&
       fluid.tunnelled.data() != nullptr) {  // no particle has taken them
     Kokkos::deep_copy(sums.first.tunnelled, fluid.tunnelled);
-    Kokkos::deep_copy(ExecSpace(), fluid.tunnelled, Tunnelled{});
+    Kokkos::deep_copy(exec(), fluid.tunnelled, Tunnelled{});
   }
   add_ranks(constants.ranks, sums.first);
   measured.fluid = sums.first.bounds;

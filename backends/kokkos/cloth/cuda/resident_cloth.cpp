@@ -71,7 +71,7 @@ struct Rows {
 template <Exchange exchange, int lanes = lanes_of_links>
 Plan make_plan(Index nodes, const Rows& rows, bool plain, int room) {
   constexpr bool dated = exchange == Exchange::dated;
-  const cudaDeviceProp& device = ExecSpace().cuda_device_prop();
+  const cudaDeviceProp& device = exec().cuda_device_prop();
   const int processors = device.multiProcessorCount;
   if (!device.cooperativeLaunch) return {};
   for (int blocks_each = 1; blocks_each <= 8; ++blocks_each) {
@@ -106,7 +106,7 @@ cudaLaunchConfig_t launch_of(const Plan& plan, cudaLaunchAttribute& room) {
   launch.gridDim = static_cast<unsigned>(plan.blocks);
   launch.blockDim = static_cast<unsigned>(plan.threads);
   launch.dynamicSmemBytes = static_cast<std::size_t>(plan.shared_bytes);
-  launch.stream = ExecSpace().cuda_stream();
+  launch.stream = exec().cuda_stream();
   launch.attrs = &room;
   launch.numAttrs = 1;
   return launch;
@@ -237,7 +237,7 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
   ResidentRun run{begin != nullptr ? *begin : ClothProgress{}, begin != nullptr, most, tolerance, floor};
   PatchView patch = r.patches.view(r.plan.threads / r.plan.lanes);
   void* arguments[] = {&system, &arrays, &patch, &run, &nodes};
-  const ExecSpace space;
+  const ExecSpace space = exec();
   std::uint64_t id = 0;
   Kokkos::Tools::beginParallelFor("drench::cloth::resident", Kokkos::Tools::Experimental::device_id(space), &id);
   if (r.plan.cluster)
@@ -250,7 +250,7 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
 }
 
 ClothProgress resident_progress(const ClothSolverWork& solver) {
-  ExecSpace().fence("drench::cloth::resident");
+  exec().fence("drench::cloth::resident");
   return solver.resident->seen();
 }
 

@@ -58,7 +58,7 @@ struct ResidentCollision {
 bool prepare_resident_collision(SelfCollisionWork& work) {
   if (work.resident == nullptr) {
     work.resident = std::make_shared<ResidentCollision>();
-    const cudaDeviceProp& device = ExecSpace().cuda_device_prop();
+    const cudaDeviceProp& device = exec().cuda_device_prop();
     int at_once = 0;  // a processor
     if (device.cooperativeLaunch) check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, run, block_threads, 0));
     work.resident->most_blocks = std::min(at_once, 1) * device.multiProcessorCount;
@@ -74,7 +74,7 @@ CollisionProgress keep_apart_resident(SelfCollisionWork& work, const Collision& 
   CollisionProgress progress = at;
   CollisionProgress* seen = r.seen.data();
   void* arguments[] = {&collision, &progress, &seen};
-  const ExecSpace space;
+  const ExecSpace space = exec();
   std::uint64_t id = 0;
   Kokkos::Tools::beginParallelFor("drench::self_collision::resident", Kokkos::Tools::Experimental::device_id(space),
                                   &id);

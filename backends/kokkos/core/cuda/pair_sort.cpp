@@ -21,7 +21,7 @@ void sort_pairs(PairSort& pairs, Index count, int bits) {
   make_room(pairs.next_item, "drench::pair_sort::item", pairs.item.extent(0));
   cub::DoubleBuffer<PairSort::Key> keys(pairs.key.data(), pairs.next_key.data());
   cub::DoubleBuffer<Index> items(pairs.item.data(), pairs.next_item.data());
-  const cudaStream_t stream = ExecSpace().cuda_stream();
+  const cudaStream_t stream = exec().cuda_stream();
   std::size_t wanted = 0;  // asked every time, on the host alone: how much it is depends on count and bits
   check(cub::DeviceRadixSort::SortPairs(nullptr, wanted, keys, items, count, 0, bits, stream));
   make_ample_room(pairs.scratch, "drench::pair_sort::scratch", wanted);

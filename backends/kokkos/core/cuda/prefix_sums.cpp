@@ -16,7 +16,7 @@ void check(cudaError_t status) {
 }  // namespace
 
 void PrefixSums::sum(const Array<Index>& a, Index n) {
-  const cudaStream_t stream = ExecSpace().cuda_stream();
+  const cudaStream_t stream = exec().cuda_stream();
   std::size_t wanted = 0;  // asked every time, on the host alone
   check(cub::DeviceScan::ExclusiveSum(nullptr, wanted, a.data(), a.data(), n, stream));
   make_ample_room(scratch_, "drench::cell_scan_scratch", wanted);

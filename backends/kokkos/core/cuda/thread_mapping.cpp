@@ -66,8 +66,8 @@ std::string thread_mapping_fault() {
   look_at_loop(loop);
   look_at_teams(teams, team_size);
   for (int k = 0; k < 2; ++k) reduce_into(label, terms, Added<OrderedSum, OrderedTerm>{}, sum.data() + k);
-  ExecSpace().fence(label);
-  ThreadMapping seen{ExecSpace().cuda_device_prop().warpSize, team_size(0), {}, {}, {sum(0).hash, sum(1).hash}};
+  exec().fence(label);
+  ThreadMapping seen{exec().cuda_device_prop().warpSize, team_size(0), {}, {}, {sum(0).hash, sum(1).hash}};
   seen.loop.assign(loop.data(), loop.data() + loop.extent(0));
   seen.teams.assign(teams.data(), teams.data() + teams.extent(0));
   return mapping_fault(seen, row_lanes);

@@ -44,7 +44,7 @@ Index blocks_of(Index rows, Index lanes) { return (rows + threads / lanes - 1) /
 template <class Body>
 void launch(const char* label, Index n, Index lanes, const Body& body) {
   if (n <= 0) return;
-  const ExecSpace space;
+  const ExecSpace space = exec();
   std::uint64_t id = 0;
   Kokkos::Tools::beginParallelFor(label, Kokkos::Tools::Experimental::device_id(space), &id);
   const auto blocks = static_cast<unsigned>(blocks_of(n, lanes));

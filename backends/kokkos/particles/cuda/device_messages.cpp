@@ -120,7 +120,7 @@ class Nccl final : public DeviceMessages {
   }
 
  private:
-  static cudaStream_t stream() { return ExecSpace().cuda_stream(); }
+  static cudaStream_t stream() { return exec().cuda_stream(); }
   void check(int code, const char* what) const {
     if (code != 0) throw std::runtime_error(fmt::format("NCCL: {}: {}", what, nccl_.error_string(code)));
   }
