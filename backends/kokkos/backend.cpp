@@ -44,7 +44,10 @@ class KokkosBackend final : public Backend {
     return runtime_description() + (transport.empty() ? "" : "particles travel by " + transport + "\n");
   }
   double pair_rounding() const override { return has_lean_pressure ? 0x1p-16 : 0; }
-  void fence() override { Kokkos::fence("drench::pipeline::timer"); }
+  void fence() override {
+    const CurrentWorkspace here(*workspace_);
+    exec().fence("drench::pipeline::timer");
+  }
 
   void upload(const HostState& state) override {
     const CurrentWorkspace here(*workspace_);
@@ -87,7 +90,7 @@ class KokkosBackend final : public Backend {
 
   std::vector<FieldView> fields() const override {
     const CurrentWorkspace here(*workspace_);
-    Kokkos::fence("drench::fields");
+    exec().fence("drench::fields");
     return field_views(constants_.model, fluid_, bodies_, cloth_);
   }
 
@@ -323,7 +326,7 @@ std::unique_ptr<Backend> make_kokkos_backend(const Model& model) { return make_k
 
 std::unique_ptr<Backend> make_kokkos_backend_on(const Communicator* ranks, const Model& model) {
   using namespace kokkos_backend;
-  auto workspace = std::make_unique<Workspace>();
+  auto workspace = std::make_unique<Workspace>(new_space());
   const CurrentWorkspace here(*workspace);
   return std::make_unique<KokkosBackend>(model, ranks, std::move(workspace));
 }

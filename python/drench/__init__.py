@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ._core import (CheckpointError, DeviceError, Error, RunFailure, SceneError, SetupError, StaleView, __version__, info,
                     precision, schema, set_threads)
+from .batch import Batch, BatchError
 from .bodies import Bodies, Body, Wrench
 from .fields import FieldView
 from .recording import Recording, write_picture, write_report
@@ -22,6 +23,6 @@ for _error in (Error, CheckpointError, DeviceError, RunFailure, SceneError, Setu
 #: The folder of the scenes that come with drench.
 scenes = Path(__file__).parent / "scenes"
 
-__all__ = ["Bodies", "Body", "CheckpointError", "DeviceError", "Error", "FieldView", "Frame", "Recording", "RunFailure", "Scene",
+__all__ = ["Batch", "BatchError", "Bodies", "Body", "CheckpointError", "DeviceError", "Error", "FieldView", "Frame", "Recording", "RunFailure", "Scene",
            "SceneError", "SetupError", "Simulation", "StaleView", "Step", "__version__", "info", "precision", "scenes",
            "schema", "set_threads", "Wrench", "write_picture", "write_report"]

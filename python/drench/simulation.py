@@ -171,10 +171,17 @@ class Simulation:
         A step never passes the next frame or time.end. `drench run` has the same rule, so both give the same bits.
         Other Python threads run in the meantime.
         """
+        return self._after_step(self._run.step(self._before_step(longest)))
+
+    def _before_step(self, longest: float | None) -> float:
+        """The bound of the next step."""
         if self._calling:
             raise RuntimeError("a callback cannot make a step of its own run")
         self._first_frame()
-        self.last = Step(self._run.step(self._bounded(longest)))
+        return self._bounded(longest)
+
+    def _after_step(self, report: dict[str, Any]) -> Step:
+        self.last = Step(report)
         self._call(self._on_step, self.last)
         self._frame_if_due()
         return self.last

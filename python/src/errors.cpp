@@ -74,6 +74,18 @@ void translate(const std::exception_ptr& thrown, void*) {
 
 }  // namespace
 
+nb::object to_python(const std::exception_ptr& thrown) {
+  try {
+    translate(thrown, nullptr);
+  } catch (const std::invalid_argument& e) {
+    PyErr_SetString(PyExc_ValueError, e.what());
+  } catch (const std::exception& e) {
+    PyErr_SetString(PyExc_RuntimeError, e.what());
+  }
+  const nb::python_error error;  // takes what was set
+  return nb::borrow(error.value());
+}
+
 void bind_errors(nb::module_& m) {
   base = new_class(m, "Error", "Base of all errors of drench.", PyExc_RuntimeError);
   const nb::tuple of_value = nb::make_tuple(nb::handle(base), nb::handle(PyExc_ValueError));

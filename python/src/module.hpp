@@ -4,8 +4,9 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <exception>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,19 @@ bool runtime_has_ended();
 void keep_for_ever(std::shared_ptr<const void> memory);
 /// Throws std::runtime_error if it has.
 void require_runtime();
-/// Who computes holds it: runs share the device and the threads. To be taken without Python's lock.
-std::mutex& device();
+/// As long as it lives, its thread computes for `runs` runs. All that compute share the threads of loops. To be made
+/// without Python's lock.
+class Computing {
+ public:
+  explicit Computing(int runs = 1);
+  ~Computing();
+  Computing(const Computing&) = delete;
+  Computing& operator=(const Computing&) = delete;
+
+ private:
+  int runs_;
+  std::optional<OwnLoops> loops_;
+};
 
 /// A NumPy array that owns the values.
 template <class T>
@@ -57,6 +69,9 @@ nb::dict to_dict(const StepReport& report);
 nb::dict to_dict(HostState&& state);
 /// Back. ValueError: an array of another type or shape, or a number that is missing. Arrays may be missing: empty.
 HostState to_state(const nb::dict& state);
+
+/// What was thrown, as the exception that a call would raise.
+nb::object to_python(const std::exception_ptr& thrown);
 
 void bind_errors(nb::module_& m);
 void bind_runtime(nb::module_& m);

@@ -1,5 +1,5 @@
 // A run of a scene. Python's lock is free while it computes; a second thread that calls it meanwhile gets an error.
-// Runs of several threads take turns: they share the device, and what Kokkos keeps between kernels.
+// Runs of several threads compute at the same time.
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
@@ -42,12 +42,9 @@ class Run {
   template <class Work>
   auto alone(Work&& work) {
     require_runtime();
-    bool idle = false;
-    if (!busy_.compare_exchange_strong(idle, true))
-      throw std::runtime_error("the run computes a step in another thread");
-    const Idle at_the_end{*this};
+    const Busy busy(*this);
     const nb::gil_scoped_release free;
-    const std::scoped_lock turn(device());
+    const Computing computing;
     return work();
   }
   /// The same for what makes views of the state stale.
@@ -56,12 +53,23 @@ class Run {
     if (!busy_) ++*generation_;
     alone(work);
   }
-  struct Idle {
-    Run& run;
-    ~Idle() {
-      run.note();
-      run.busy_ = false;
+  /// No other thread is at this run.
+  class Busy {
+   public:
+    explicit Busy(Run& run) : run_(run) {
+      bool idle = false;
+      if (!run_.busy_.compare_exchange_strong(idle, true))
+        throw std::runtime_error("the run computes a step in another thread");
     }
+    ~Busy() {
+      run_.note();
+      run_.busy_ = false;
+    }
+    Busy(const Busy&) = delete;
+    Busy& operator=(const Busy&) = delete;
+
+   private:
+    Run& run_;
   };
 
  public:
@@ -71,7 +79,7 @@ class Run {
       return;
     }
     const nb::gil_scoped_release free;
-    const std::scoped_lock turn(device());
+    const Computing computing;
     run_.reset();
   }
   Run(const Run&) = delete;
@@ -81,7 +89,7 @@ class Run {
     const QuietVtk quiet;
     try {
       const nb::gil_scoped_release free;
-      const std::scoped_lock turn(device());
+      const Computing computing;
       run_ = std::make_unique<Simulation>(scene.scene);
     } catch (const SetupError& e) {
       throw SetupError(scene.place_of(e.key) + ": " + e.what(), e.key);
@@ -92,6 +100,27 @@ class Run {
   nb::dict step(double longest) {
     if (!busy_) ++*generation_;  // whoever looks while it computes sees that the views are stale
     return to_dict(alone([&] { return run_->step(longest); }));
+  }
+  /// A step of each: its report, or the error that its step() would raise.
+  static nb::list step_together(const std::vector<Run*>& runs, const std::vector<double>& longest) {
+    require_runtime();
+    std::vector<Stepped> results;
+    {
+      std::vector<std::unique_ptr<Busy>> busy;
+      std::vector<Simulation*> simulations;
+      for (Run* run : runs) {
+        busy.push_back(std::make_unique<Busy>(*run));
+        ++*run->generation_;
+        simulations.push_back(run->run_.get());
+      }
+      const nb::gil_scoped_release free;
+      const Computing computing(static_cast<int>(runs.size()));
+      results = drench::step_together(simulations, longest);
+    }
+    nb::list list;
+    for (const Stepped& result : results)
+      list.append(result.error ? to_python(result.error) : nb::object(to_dict(result.report)));
+    return list;
   }
   nb::object field(const std::string& name) {
     try {
@@ -278,6 +307,8 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("solute_quantum", &Run::solute_quantum)
       .def_prop_ro("generation", &Run::generation)
       .def_prop_ro("warnings", &Run::warnings);
+  m.def("step_together", &Run::step_together, nb::arg("runs"), nb::arg("longest"),
+        nb::sig("def step_together(runs: typing.Sequence[Run], longest: typing.Sequence[float]) -> list[typing.Any]"));
   m.def("write_report", &report_of, nb::arg("folder"), nb::arg("file"), nb::arg("other") = nb::none());
   m.def("write_picture", &picture_of, nb::arg("folder"), nb::arg("file"), nb::arg("width"), nb::arg("height"));
 }

@@ -4,6 +4,7 @@
 #include <nanobind/stl/string_view.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <stdexcept>
@@ -18,6 +19,7 @@ namespace {
 
 BackendRuntime* runtime = nullptr;
 std::atomic<bool> ended{false};
+std::atomic<int> runs_computing{0};
 pid_t owner = 0;
 
 /// A process that was forked has no threads of the runtime, which it would wait for.
@@ -31,9 +33,7 @@ void end_runtime() {
 int started_threads(int threads) {
   if (threads < 1) throw nb::value_error("threads: allowed: 1 or more");
   start_runtime(threads);
-  const nb::gil_scoped_release free;
-  const std::scoped_lock turn(device());
-  if (threads > 0) share_loops(threads);
+  share_loops(threads);
   return loop_threads();
 }
 
@@ -69,10 +69,13 @@ void keep_for_ever(std::shared_ptr<const void> memory) {
   kept.push_back(std::move(memory));
 }
 
-std::mutex& device() {
-  static std::mutex one;
-  return one;
+Computing::Computing(int runs) : runs_(runs) {
+  const int before = runs_computing.fetch_add(runs_);
+  if (before > 0)
+    loops_.emplace(std::max(1, shared_loops() * runs_ / (before + runs_)));
 }
+
+Computing::~Computing() { runs_computing -= runs_; }
 
 void require_runtime() {
   if (ended) throw std::runtime_error("Python is exiting: drench computes no more");

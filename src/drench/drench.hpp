@@ -28,7 +28,7 @@
 namespace drench {
 
 /// A run of a scene on the backend of this build. A BackendRuntime must outlive it. Calls to one run come from one thread
-/// at a time. In a build for the CPU, different runs may compute in different threads at the same time.
+/// at a time; different runs may compute in different threads at the same time.
 class Simulation {
  public:
   /// Sets the scene up: its geometry, its samples, its arrays on the device. The scene is checked as a file would be.
@@ -215,9 +215,9 @@ struct Stepped {
   StepReport report;         ///< of its step; empty if the run could not go on
   std::exception_ptr error;  ///< what Simulation::step() threw; null if it threw nothing
 };
-/// One step of each of several independent runs, side by side: each has the bits that it has alone. On a CPU every
-/// thread takes the next run that waits, so that n runs on n cores take as long as one run on one core; on a GPU they
-/// take turns.
+/// One step of each of several independent runs, side by side: each has the bits that it has alone. Every
+/// thread takes the next run that waits, so that n runs on n cores take as long as one run on one core. On a GPU each
+/// run has a stream of its own.
 /// @param runs each of them once, none over ranks
 /// @param longest for each run: its step is not longer than this, s
 /// @returns what became of each. Those that fail do not keep the others from their step

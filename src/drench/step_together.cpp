@@ -36,13 +36,13 @@ void require_valid(const std::vector<Simulation*>& runs, const std::vector<doubl
 std::vector<Stepped> step_together(const std::vector<Simulation*>& runs, const std::vector<double>& longest) {
   require_valid(runs, longest);
   std::vector<Stepped> results(runs.size());
-  const int threads = shared_loops(), workers = std::min(threads, static_cast<int>(runs.size()));
+  const int workers = std::min(runs_at_a_time(), static_cast<int>(runs.size()));
   if (workers <= 1) {
     for (std::size_t k = 0; k < runs.size(); ++k) results[k] = stepped(*runs[k], longest[k]);
     return results;
   }
   std::atomic<std::size_t> next{0};
-  const auto work = [&] {
+  const auto work = [&, threads = shared_loops()] {
     const OwnLoops loops(threads / workers);
     for (std::size_t k = next++; k < runs.size(); k = next++) results[k] = stepped(*runs[k], longest[k]);
   };

@@ -17,7 +17,7 @@ using Points = std::vector<Vec3>;
 void upload_doubles(Field<Double3>& a, const char* label, const std::vector<std::array<double, 3>>& values) {
   static_assert(sizeof(Double3) == sizeof(Vec3));
   make_room(a, label, values.size());
-  Kokkos::deep_copy(a, Kokkos::View<const Double3*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(
+  copy_now(a, Kokkos::View<const Double3*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(
                            reinterpret_cast<const Double3*>(values.data()), values.size()));
 }
 

@@ -31,7 +31,7 @@ void place_keyed(const Constants& constants, Bodies& bodies, double time, double
   for (std::size_t b = 0; b < m.bodies.size(); ++b)
     if (m.bodies[b].has_keys()) states[b] = keyed_state(m.bodies[b], time, dt);
   if (bodies.keyed.extent(0) != states.size()) bodies.keyed = Array<RigidState>("drench::body_keyed", states.size());
-  Kokkos::deep_copy(bodies.keyed, Kokkos::View<RigidState*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(states.data(),
+  copy_now(bodies.keyed, Kokkos::View<RigidState*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(states.data(),
                                                                                                         states.size()));
 }
 

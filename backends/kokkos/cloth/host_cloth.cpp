@@ -38,7 +38,7 @@ Entries<T> HostCloth::copy(const Field<T>& a) {
   if (!a.exists()) return {};
   const Kokkos::View<T*, Kokkos::HostSpace> own(Kokkos::ViewAllocateWithoutInitializing("drench::cloth::on_host"),
                                                 a.extent(0));
-  Kokkos::deep_copy(own, a);
+  copy_now(own, a);
   kept_.emplace_back(own);
   return {own.data(), own.extent(0)};
 }
@@ -62,7 +62,7 @@ Slice<const Solid> HostCloth::copy_solids(const Bodies& bodies) {
 void HostCloth::write_displacement(ClothSolverWork& solver) const {
   const Kokkos::View<const Real3*, Kokkos::HostSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>> result(
       displacement.data, solver.displacement.extent(0));
-  Kokkos::deep_copy(solver.displacement, result);
+  copy_now(solver.displacement, result);
 }
 
 }  // namespace drench::kokkos_backend

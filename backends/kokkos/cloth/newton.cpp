@@ -329,7 +329,7 @@ void begin_newton_anew(ClothSolverWork& solver) { solver.newton->begin_anew(); }
 
 void restore_newton(ClothSolverWork& solver, const ClothSystem& s) {
   solver.newton->write_result(s, solver.displacement);
-  Kokkos::deep_copy(solver.last_displacement, solver.displacement);
+  copy_now(solver.last_displacement, solver.displacement);
 }
 
 void run_newton_on_host(const Bodies& bodies, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s,

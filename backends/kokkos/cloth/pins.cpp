@@ -128,7 +128,7 @@ void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info) 
                                : step_with(constants.model.bodies[static_cast<std::size_t>(m.body)], m, info.time,
                                            info.time + info.dt));
   if (cloth.pin_steps.extent(0) != steps.size()) cloth.pin_steps = Array<PinStep>("drench::pin_steps", steps.size());
-  Kokkos::deep_copy(cloth.pin_steps,
+  copy_now(cloth.pin_steps,
                     Kokkos::View<PinStep*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(steps.data(), steps.size()));
 }
 

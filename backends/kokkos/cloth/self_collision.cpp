@@ -131,7 +131,7 @@ Index Launches::value(const Collision& s, CollisionCounter which) const {
   stop_if_requested();
   using Number = Kokkos::MemoryTraits<Kokkos::Unmanaged>;
   Index number = 0;
-  Kokkos::deep_copy(Kokkos::View<Index, Kokkos::HostSpace, Number>(&number),
+  copy_now(Kokkos::View<Index, Kokkos::HostSpace, Number>(&number),
                     Kokkos::View<const Index, MemSpace, Number>(&s.counter.data[which]));
   return number;
 }

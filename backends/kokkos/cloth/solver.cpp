@@ -263,9 +263,9 @@ void ClothIteration::finish_on_host() {
   const auto keep = [&](double found) {
     if (!(found < best)) return;
     best = found;
-    Kokkos::deep_copy(kept, solver_.displacement);
+    copy_now(kept, solver_.displacement);
   };
-  Kokkos::deep_copy(kept, solver_.displacement);
+  copy_now(kept, solver_.displacement);
   run_newton_on_host(bodies_, cloth_, solver_, system_, model.cloth_pushes_bodies(), progress_,
                      model.scene.cloth_solver.max_iterations, tolerance_);
   if (progress_.residual <= 1) return;
@@ -278,7 +278,7 @@ void ClothIteration::finish_on_host() {
     progress_.judge(residual());
     keep(progress_.residual);
   }
-  Kokkos::deep_copy(solver_.displacement, kept);
+  copy_now(solver_.displacement, kept);
   progress_.residual = best;
 }
 

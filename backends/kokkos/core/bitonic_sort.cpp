@@ -128,7 +128,7 @@ KOKKOS_INLINE_FUNCTION void merge_in_scratch(const Team& team, const Gapped& key
 void sort_blocks(const Array<Key>& key, Index padded, int block, int stage) {
   const Index size = Index(1) << block;
   const int team_size = on_host ? 1 : static_cast<int>(size >> lot_bits);
-  Kokkos::TeamPolicy<ExecSpace> policy(padded >> block, team_size);
+  Kokkos::TeamPolicy<ExecSpace> policy(exec(), padded >> block, team_size);
   policy.set_scratch_size(0, Kokkos::PerTeam(Scratch::shmem_size(Gapped::size(size))));
   Kokkos::parallel_for(
       stage == 0 ? "drench::cell_table::bitonic_blocks" : "drench::cell_table::bitonic_merge", policy,

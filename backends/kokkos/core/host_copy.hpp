@@ -27,7 +27,7 @@ void copy_to_device(const Array<T>& a, const std::vector<S>& values) {
   const auto part = Kokkos::subview(a, Kokkos::make_pair(std::size_t(0), values.size()));
   const auto mirror = Kokkos::create_mirror_view(part);
   for (std::size_t i = 0; i < values.size(); ++i) mirror(i) = to_device_value<T>(values[i]);
-  Kokkos::deep_copy(part, mirror);
+  copy_now(part, mirror);
 }
 
 /// A device array of the host values.
@@ -57,7 +57,8 @@ std::vector<S> to_host(const Array<T>& a, Index n) {
   std::vector<S> out(static_cast<std::size_t>(n), S{});
   if (n == 0 || a.extent(0) == 0) return out;
   const auto part = Kokkos::subview(a, Kokkos::make_pair(Index(0), n));
-  const auto mirror = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), part);
+  const auto mirror = Kokkos::create_mirror_view(part);
+  copy_now(mirror, part);
   for (Index i = 0; i < n; ++i) {
     if constexpr (std::is_same_v<T, Real3>)
       out[static_cast<std::size_t>(i)] = to_vec(mirror(i));

@@ -213,7 +213,7 @@ void launch(const std::vector<Search>& searches) {
         teams += (search.rows + One::threads - 1) / One::threads;
         fill.list[k] = {search, teams};
       }
-      Teams policy(teams, One::threads);
+      Teams policy(exec(), teams, One::threads);
       policy.set_scratch_size(0, Kokkos::PerTeam(One::Scratch::shmem_size(One::threads * One::lots)));
       Kokkos::parallel_for("drench::neighbors::list", policy, fill);
     }
@@ -312,9 +312,9 @@ bool build_neighbor_lists(const std::vector<ListRequest>& requests, Real support
 std::vector<std::vector<Index>> rows_on_host(const NeighborList& list) {
   std::vector<std::vector<Index>> rows(static_cast<std::size_t>(list.rows));
   if (list.rows == 0) return rows;
-  const auto count = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.count);
-  const auto start = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.start);
-  const auto entry = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), list.entry);
+  const auto count = on_host_now(list.count);
+  const auto start = on_host_now(list.start);
+  const auto entry = on_host_now(list.entry);
   for (Index i = 0; i < list.rows; ++i) {
     const std::int64_t first = start(i / rows_per_bundle);
     const auto append = [&, i](const auto& row) {

@@ -186,7 +186,7 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
   const Index a = Sums::teams(n_first), b = Sums::teams(n_second);
   const auto part = sums_in<Sum>(room.many, a + b);
   const auto both = sums_in<Sum>(room.few, 2);
-  Teams policy(a + b, Sums::threads);
+  Teams policy(exec(), a + b, Sums::threads);
   policy.set_scratch_size(0, Kokkos::PerTeam(Sums::Scratch::shmem_size(Sums::threads)));
   const Sums sums{n_first, n_second, a, b, first, second, part.data(), both.data(), room.finished.data()};
   Kokkos::parallel_for(label, policy, sums);

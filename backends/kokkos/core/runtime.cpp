@@ -158,10 +158,15 @@ BackendRuntime::~BackendRuntime() {
 
 int loop_threads() { return kokkos_backend::on_host ? kokkos_backend::HostLoops::all : 1; }
 
-int shared_loops() { return kokkos_backend::on_host ? kokkos_backend::HostLoops::threads() : 1; }
+int shared_loops() { return kokkos_backend::HostLoops::threads(); }
+
+int runs_at_a_time() {
+  constexpr int most = 16;  // threads that launch kernels wait for each other in CUDA
+  return kokkos_backend::on_host ? shared_loops() : std::min(allowed_cores(), most);
+}
 
 OwnLoops::OwnLoops(int threads) : before_(kokkos_backend::HostLoops::own) {
-  if (kokkos_backend::on_host) kokkos_backend::HostLoops::own = std::clamp(threads, 1, loop_threads());
+  kokkos_backend::HostLoops::own = std::max(threads, 1);
 }
 OwnLoops::~OwnLoops() { kokkos_backend::HostLoops::own = before_; }
 

@@ -311,10 +311,25 @@ struct OnDevice<Vec3> {
 const ExecSpace& space_of(int threads);
 /// Where the current run computes.
 ExecSpace exec();
+/// Copies, and waits until the current run's work is done. (Kokkos::deep_copy without a space waits for all runs.)
+template <class To, class From>
+void copy_now(To&& to, const From& from) {
+  const ExecSpace space = exec();
+  Kokkos::deep_copy(space, to, from);
+  space.fence("drench::copy");
+}
 /// The range of a reduction or scan over n items.
 inline Range range(Index n) {
   if constexpr (on_host) return Range(space_of(n > 1024 ? HostLoops::threads() : 1), 0, n);
   return Range(exec(), 0, n);
+}
+
+/// The values of an array on the host, once the current run's work is done.
+template <class A>
+auto on_host_now(const A& a) {
+  const auto mirror = Kokkos::create_mirror_view(a);
+  copy_now(mirror, a);
+  return mirror;
 }
 
 /// Runs `body(i)` for i in [0, n) under a label that Kokkos Tools and profilers show, e.g. "drench::density::alpha".

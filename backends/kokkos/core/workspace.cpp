@@ -8,10 +8,11 @@ namespace {
 thread_local Workspace* current_workspace = nullptr;
 
 Workspace& of_process() {
-  static Workspace workspace;
+  static Workspace workspace{ExecSpace()};
   static const bool hooked = [] {
     Kokkos::push_finalize_hook([] {
       workspace.sums = {};
+      workspace.own.reset();
       workspace.spaces.clear();
     });
     return true;
@@ -28,6 +29,14 @@ CurrentWorkspace::CurrentWorkspace(Workspace& workspace)
     : before_(std::exchange(current_workspace, &workspace)) {}
 CurrentWorkspace::~CurrentWorkspace() { current_workspace = before_; }
 
+ExecSpace new_space() {
+#ifdef KOKKOS_ENABLE_CUDA
+  return Kokkos::Experimental::partition_space(ExecSpace(), 1)[0];
+#else
+  return {};
+#endif
+}
+
 const ExecSpace& space_of(int threads) {
   std::vector<std::optional<ExecSpace>>& spaces = Workspace::current().spaces;
   if (spaces.empty()) spaces.resize(static_cast<std::size_t>(ExecSpace().concurrency()) + 1);
@@ -43,7 +52,7 @@ const ExecSpace& space_of(int threads) {
 
 ExecSpace exec() {
   if constexpr (on_host) return space_of(HostLoops::threads());
-  return {};
+  return *Workspace::current().own;
 }
 
 }  // namespace drench::kokkos_backend

@@ -19,15 +19,20 @@ struct SumRoom {
 /// Each backend has one, which is the current one of every thread that computes for it. Outside any backend there is
 /// one of the process, freed with Kokkos, for code that only one thread runs.
 struct Workspace {
-  Workspace() = default;
+  /// `space`: where its kernels run on a GPU; on a CPU it has spaces of its own for each number of threads.
+  explicit Workspace(ExecSpace space) : own(std::move(space)) {}
   Workspace(const Workspace&) = delete;
   Workspace& operator=(const Workspace&) = delete;
 
   SumRoom sums;
+  std::optional<ExecSpace> own;
   std::vector<std::optional<ExecSpace>> spaces;  // by the number of a host's threads (space_of)
 
   static Workspace& current();
 };
+
+/// A space whose kernels wait for none of another space.
+ExecSpace new_space();
 
 /// Makes a workspace the current one of this thread, as long as it lives.
 class CurrentWorkspace {

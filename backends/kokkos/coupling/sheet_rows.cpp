@@ -134,7 +134,7 @@ Index count_pairs(const SheetPairs& pairs, SheetRows& rows, Index particles) {
       KOKKOS_LAMBDA(const Index i) { start(i) = i < particles ? pairs.count(i) : 0; });
   rows.sums.sum(rows.of_particle, particles + 1);
   Index all = 0;
-  Kokkos::deep_copy(all, Kokkos::subview(rows.of_particle, particles));
+  copy_now(all, Kokkos::subview(rows.of_particle, particles));
   return all;
 }
 

@@ -113,9 +113,9 @@ void Exchange::share_bytes(void* data, std::size_t bytes) const {
   } else {
     using Bytes = Kokkos::View<std::byte*, MemSpace, Kokkos::MemoryUnmanaged>;
     const Bytes device(static_cast<std::byte*>(data), bytes);
-    const auto host = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), device);
+    const auto host = on_host_now(device);
     ranks_->all_or(host.data(), bytes);
-    Kokkos::deep_copy(device, host);
+    copy_now(device, host);
   }
 }
 
@@ -128,9 +128,9 @@ void Exchange::add_up_words(std::int64_t* sums, std::size_t count) const {
   using Words = Kokkos::View<std::int64_t*, MemSpace, Kokkos::MemoryUnmanaged>;
   exec().fence("drench::exchange::add_up");
   const Words device(sums, count);
-  const auto host = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), device);
+  const auto host = on_host_now(device);
   ranks_->all_reduce({host.data(), count}, {});
-  Kokkos::deep_copy(device, host);
+  copy_now(device, host);
 }
 
 void Exchange::add_up(Field<Index>& sums, Index count) const {

@@ -15,7 +15,7 @@ void resize_keeping(Field<T>& a, const char* label, Index n) {
   Field<T> bigger(Kokkos::ViewAllocateWithoutInitializing(label), n);
   const auto kept = static_cast<Index>(std::min<std::size_t>(a.extent(0), static_cast<std::size_t>(n)));
   if (kept > 0)
-    Kokkos::deep_copy(Kokkos::subview(bigger, Kokkos::make_pair(Index(0), kept)),
+    copy_now(Kokkos::subview(bigger, Kokkos::make_pair(Index(0), kept)),
                       Kokkos::subview(a, Kokkos::make_pair(Index(0), kept)));
   a = std::move(bigger);
 }

@@ -171,7 +171,7 @@ SumPair<LedgerSums> measure(const Constants& constants, const Fluid& fluid, cons
                                        others.count(), others);
   if (constants.ranks && fluid.particles.count == 0 &&
       fluid.tunnelled.data() != nullptr) {  // no particle has taken them
-    Kokkos::deep_copy(sums.first.tunnelled, fluid.tunnelled);
+    copy_now(sums.first.tunnelled, fluid.tunnelled);
     Kokkos::deep_copy(exec(), fluid.tunnelled, Tunnelled{});
   }
   add_ranks(constants.ranks, sums.first);

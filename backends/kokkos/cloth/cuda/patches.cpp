@@ -36,8 +36,8 @@ std::vector<Index> along_z_curve(const std::vector<Vec3>& rest) {
 }  // namespace
 
 Patches make_patches(const Constants& constants, const Cloth& cloth, int own_nodes) {
-  const auto start = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), cloth.nodes.link_start);
-  const auto link = Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), cloth.nodes.link);
+  const auto start = on_host_now(cloth.nodes.link_start);
+  const auto link = on_host_now(cloth.nodes.link);
   const std::vector<Index> order = along_z_curve(constants.model.mesh.rest_position);
   std::vector<Index> place(order.size()), around_start{0}, around;
   for (std::size_t p = 0; p < order.size(); ++p) place[static_cast<std::size_t>(order[p])] = static_cast<Index>(p);

@@ -35,7 +35,7 @@ void look_at_loop(const Seen<ThreadPlace>& place) {
 
 void look_at_teams(const Seen<ThreadPlace>& place, const Seen<int>& size) {
   Kokkos::parallel_for(
-      label, Teams(team_count, team_threads), KOKKOS_LAMBDA(const Teams::member_type& team) {
+      label, Teams(exec(), team_count, team_threads), KOKKOS_LAMBDA(const Teams::member_type& team) {
         if (team.league_rank() == 0 && team.team_rank() == 0) size(0) = team.team_size();
         if (team.team_rank() < team_threads)
           place(team.league_rank() * team_threads + team.team_rank()) = place_of_thread();
