@@ -33,7 +33,11 @@ class KokkosBackend final : public Backend {
  public:
   /// `workspace` is the current one.
   KokkosBackend(const Model& model, const Communicator* ranks, std::unique_ptr<Workspace> workspace)
-      : workspace_(std::move(workspace)), constants_(model, ranks), fluid_(constants_), bodies_(constants_), cloth_(constants_) {
+      : workspace_(std::move(workspace)),
+        constants_(model, ranks),
+        fluid_(constants_),
+        bodies_(constants_),
+        cloth_(constants_) {
     for (CellTable* table : {&wet_adhesion_.cells, &measures_.cells}) *table = CellTable(model.scene.sort);
     aim_jets();
   }

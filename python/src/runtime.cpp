@@ -71,8 +71,7 @@ void keep_for_ever(std::shared_ptr<const void> memory) {
 
 Computing::Computing(int runs) : runs_(runs) {
   const int before = runs_computing.fetch_add(runs_);
-  if (before > 0)
-    loops_.emplace(std::max(1, shared_loops() * runs_ / (before + runs_)));
+  if (before > 0) loops_.emplace(std::max(1, shared_loops() * runs_ / (before + runs_)));
 }
 
 Computing::~Computing() { runs_computing -= runs_; }

@@ -27,8 +27,8 @@
 /// Water meeting porous cloth. All quantities are in SI units.
 namespace drench {
 
-/// A run of a scene on the backend of this build. A BackendRuntime must outlive it. Calls to one run come from one thread
-/// at a time; different runs may compute in different threads at the same time.
+/// A run of a scene on the backend of this build. A BackendRuntime must outlive it. Calls to one run come from one
+/// thread at a time; different runs may compute in different threads at the same time.
 class Simulation {
  public:
   /// Sets the scene up: its geometry, its samples, its arrays on the device. The scene is checked as a file would be.

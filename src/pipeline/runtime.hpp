@@ -52,8 +52,8 @@ struct BackendRuntime {
 int loop_threads();
 /// How many threads share a loop of the host now: as share_loops() says, and in a thread with OwnLoops those.
 int shared_loops();
-/// How many runs may compute at a time, each in a thread: as many as threads share loops, or for a GPU as many as keep it
-/// busy.
+/// How many runs may compute at a time, each in a thread: as many as threads share loops, or for a GPU as many as keep
+/// it busy.
 int runs_at_a_time();
 /// How many of them share the loops of a run. It may change between any two steps, for results do not depend on it.
 void share_loops(int threads);

@@ -34,9 +34,7 @@ std::vector<std::unique_ptr<Simulation>> worlds(int n) {
   return runs;
 }
 
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 double median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
@@ -65,8 +63,10 @@ void measure(int n, int steps) {
   }
   fmt::print("{} worlds of {} particles and {} nodes, {} steps, {} at a time\n", n, all[0]->state().fluid_mass.size(),
              all[0]->state().node_position.size(), steps, runs_at_a_time());
-  fmt::print("one after the other  {:8.2f} ms per step of all\nside by side         {:8.2f} ms\nratio {:.2f}; {} of {} with the same bits\n",
-             median(in_turns), median(at_once), median(in_turns) / median(at_once), same, n);
+  fmt::print(
+      "one after the other  {:8.2f} ms per step of all\nside by side         {:8.2f} ms\nratio {:.2f}; {} of {} with "
+      "the same bits\n",
+      median(in_turns), median(at_once), median(in_turns) / median(at_once), same, n);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ void upload_doubles(Field<Double3>& a, const char* label, const std::vector<std:
   static_assert(sizeof(Double3) == sizeof(Vec3));
   make_room(a, label, values.size());
   copy_now(a, Kokkos::View<const Double3*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(
-                           reinterpret_cast<const Double3*>(values.data()), values.size()));
+                  reinterpret_cast<const Double3*>(values.data()), values.size()));
 }
 
 /// Of each triangle and corner: the triangle on the other side of the opposite edge.

@@ -31,8 +31,8 @@ void place_keyed(const Constants& constants, Bodies& bodies, double time, double
   for (std::size_t b = 0; b < m.bodies.size(); ++b)
     if (m.bodies[b].has_keys()) states[b] = keyed_state(m.bodies[b], time, dt);
   if (bodies.keyed.extent(0) != states.size()) bodies.keyed = Array<RigidState>("drench::body_keyed", states.size());
-  copy_now(bodies.keyed, Kokkos::View<RigidState*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(states.data(),
-                                                                                                        states.size()));
+  copy_now(bodies.keyed,
+           Kokkos::View<RigidState*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(states.data(), states.size()));
 }
 
 void prescribed_motion(const Constants& constants, Bodies& bodies, const StepInfo& info) {

@@ -129,7 +129,7 @@ void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info) 
                                            info.time + info.dt));
   if (cloth.pin_steps.extent(0) != steps.size()) cloth.pin_steps = Array<PinStep>("drench::pin_steps", steps.size());
   copy_now(cloth.pin_steps,
-                    Kokkos::View<PinStep*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(steps.data(), steps.size()));
+           Kokkos::View<PinStep*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(steps.data(), steps.size()));
 }
 
 }  // namespace drench::kokkos_backend

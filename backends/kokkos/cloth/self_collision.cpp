@@ -132,7 +132,7 @@ Index Launches::value(const Collision& s, CollisionCounter which) const {
   using Number = Kokkos::MemoryTraits<Kokkos::Unmanaged>;
   Index number = 0;
   copy_now(Kokkos::View<Index, Kokkos::HostSpace, Number>(&number),
-                    Kokkos::View<const Index, MemSpace, Number>(&s.counter.data[which]));
+           Kokkos::View<const Index, MemSpace, Number>(&s.counter.data[which]));
   return number;
 }
 

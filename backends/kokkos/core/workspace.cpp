@@ -25,8 +25,7 @@ Workspace& of_process() {
 
 Workspace& Workspace::current() { return current_workspace ? *current_workspace : of_process(); }
 
-CurrentWorkspace::CurrentWorkspace(Workspace& workspace)
-    : before_(std::exchange(current_workspace, &workspace)) {}
+CurrentWorkspace::CurrentWorkspace(Workspace& workspace) : before_(std::exchange(current_workspace, &workspace)) {}
 CurrentWorkspace::~CurrentWorkspace() { current_workspace = before_; }
 
 ExecSpace new_space() {

@@ -16,7 +16,7 @@ void resize_keeping(Field<T>& a, const char* label, Index n) {
   const auto kept = static_cast<Index>(std::min<std::size_t>(a.extent(0), static_cast<std::size_t>(n)));
   if (kept > 0)
     copy_now(Kokkos::subview(bigger, Kokkos::make_pair(Index(0), kept)),
-                      Kokkos::subview(a, Kokkos::make_pair(Index(0), kept)));
+             Kokkos::subview(a, Kokkos::make_pair(Index(0), kept)));
   a = std::move(bigger);
 }
 

@@ -19,8 +19,7 @@ void prepare(const Cloth& cloth, EmissionWork& work) {
   make_room(work.rank, "drench::emission::rank", samples);
   make_room(work.next, "drench::emission::next", samples);
   const auto buckets = static_cast<std::size_t>(cloth.sample_cells.view().buckets);
-  if (make_ample_room(work.head, "drench::emission::head", buckets))
-    Kokkos::deep_copy(exec(), work.head, Index(-1));
+  if (make_ample_room(work.head, "drench::emission::head", buckets)) Kokkos::deep_copy(exec(), work.head, Index(-1));
 }
 
 }  // namespace
