@@ -19,22 +19,18 @@ namespace {
 constexpr int tried_steps = 10;
 
 /// A step that fails counts as one that does not converge.
-TriedSteps try_scene(const Scene& scene) {
-  TriedSteps tried;
+/// Ends with the first step that does not converge or fails: such a step takes the longest.
+bool first_steps_converge(const Scene& scene) {
   const Setup setup = build(scene, memory_budget());
   const std::unique_ptr<Backend> backend = make_kokkos_backend_on(nullptr, setup.model);
   Pipeline pipeline(setup.model, *backend, setup.state);
-  for (; tried.steps < tried_steps; ++tried.steps) {
-    bool converged = false;
-    try {
-      converged = pipeline.step(std::numeric_limits<double>::infinity()).cloth_converged;
-    } catch (const std::runtime_error&) {
-      tried.unconverged += tried_steps - tried.steps;
-      break;
-    }
-    if (!converged) ++tried.unconverged;
+  try {
+    for (int k = 0; k < tried_steps; ++k)
+      if (!pipeline.step(std::numeric_limits<double>::infinity()).cloth_converged) return false;
+  } catch (const std::runtime_error&) {
+    return false;
   }
-  return tried;
+  return true;
 }
 
 /// The file itself, or what it is imported as; "" of none.
@@ -51,7 +47,7 @@ int new_command(const NewOptions& options) {
   try {
     require_device();
     runtime.emplace(options.threads, true);
-    trial = try_scene;
+    trial = first_steps_converge;
   } catch (const DeviceError&) {
   }
   const FirstScene scene = first_scene(mesh, body, trial);

@@ -292,7 +292,7 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
   const auto converges = [&](double with_step, double with_bend) {
     s.step = with_step;
     s.bend = with_bend;
-    return trial(parse_scene(text_of(s), scene_path)).unconverged == 0;
+    return trial(parse_scene(text_of(s), scene_path));
   };
   if (converges(step, bend)) return;
   bool found = false;
@@ -303,8 +303,10 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
   if (!found) {
     s.step = step;
     s.bend = bend;
-    warnings.emplace_back(
-        "the first steps of the cloth do not converge at any time step; use a mesh with more regular triangles");
+    warnings.push_back(
+        fmt::format("the first steps of the cloth do not converge at any time step; use a mesh with more regular "
+                    "triangles{}",
+                    s.body.empty() ? "" : ", or place it so that it does not intersect the body"));
     return;
   }
   s.found.push_back(

@@ -14,12 +14,8 @@ struct FirstScene {
   std::vector<std::string> warnings;  // one line each: about the mesh, its unit, and those of the set-up
 };
 
-/// What a trial of a scene came to.
-struct TriedSteps {
-  int steps = 0, unconverged = 0;
-};
-/// Runs a scene's first steps in memory.
-using TrySteps = std::function<TriedSteps(const Scene&)>;
+/// Runs a scene's first steps in memory: do they all converge?
+using TrySteps = std::function<bool(const Scene&)>;
 
 /// @param mesh an .obj, .ply or .stl file, as the scene shall name it; "" for a square cloth without a file
 /// @param body the mesh of a body that wears it, or a pattern of names for an animated one; "" for none
