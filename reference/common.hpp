@@ -89,6 +89,8 @@ class ClothResponse {
   virtual Vectors velocities(const Vectors& node_force) = 0;
   /// Whether the last velocities are good enough to be kept.
   virtual bool converged() { return true; }
+  /// Of an iteration in which the liquid has converged: would more of them not help (stages/pressure.hpp)?
+  virtual bool stalls() { return false; }
   /// Writes the last velocities and the pins' reaction.
   virtual void accept(ReferenceState& state, const Vectors& node_force) = 0;
 };

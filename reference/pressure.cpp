@@ -58,6 +58,7 @@ class ElasticCloth : public ClothResponse {
   }
 
   bool converged() override { return residual_ <= 1; }
+  bool stalls() override { return residual_ > 1 && coupled_.stalls(residual_); }
 
   void accept(ReferenceState& state, const Vectors& node_force) override {
     if (!converged()) iteration_.line_search();
@@ -83,6 +84,7 @@ class ElasticCloth : public ClothResponse {
   Vectors began_, load_, internal_;
   ClothIteration iteration_;
   double residual_ = 0;
+  CoupledProgress coupled_;
 };
 
 /// Mean of max(0, r_i) at the velocities that the solve begins with, 1.

@@ -295,11 +295,19 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
     return trial(parse_scene(text_of(s), scene_path));
   };
   if (converges(step, bend)) return;
+  // Where even the extremes fail, nothing between them is tried: a trial that fails takes the longest.
+  double shortest = step / 2;
+  while (shortest / 2 >= shortest_step) shortest /= 2;
   bool found = false;
-  for (double half = step / 2; half >= shortest_step && !found; half /= 2) found = converges(half, bend);
-  for (const double limper : bends)
-    for (const double part : {1.0, 0.25})
-      if (limper < bend && !found) found = converges(part * step, limper);
+  if (converges(shortest, bend)) {
+    for (double half = step / 2; half > shortest && !found; half /= 2) found = converges(half, bend);
+    if (!found) s.step = shortest;
+    found = true;
+  } else if (bend > 0 && converges(0.25 * step, 0)) {
+    for (const double limper : bends)
+      for (const double part : {1.0, 0.25})
+        if (limper < bend && !found) found = converges(part * step, limper);
+  }
   if (!found) {
     s.step = step;
     s.bend = bend;

@@ -10,10 +10,11 @@
 //         `cloth_solver`.
 // Writes: fluid_velocity, node_velocity, body velocities (m/s, rad/s), node_pin_force (N), fluid_kappa_density
 //         (m²/s²); StepReport::density_iterations, density_error, density_error_max (1), density_converged, cloth_*.
-// Errors: none. A solve that ends at max_iterations is reported as not converged; pipeline/failure.hpp knows a
+// Errors: none. A solve that ends at max_iterations, or because the cloth's residual no longer falls, is reported as not converged; pipeline/failure.hpp knows a
 //         collapse.
 
 #include <algorithm>
+#include <limits>
 
 #include "scene/scene.hpp"
 
@@ -27,5 +28,27 @@ inline int cloth_iterations_per_pressure(const ClothSolverScene& solver, int spe
   const int each = std::max(100, solver.max_iterations / 3), left = 10 * each - spent;
   return std::clamp(left, few, each);
 }
+
+/// Whether a solve goes on for the sake of the cloth alone: that of a sheet whose own step does not converge would take
+/// all of fluid.solver.max_iterations, with the cloth's iterations in each.
+class CoupledProgress {
+ public:
+  /// To be told the cloth's residual (1) of each iteration in which the liquid has converged. True once it has fallen
+  /// by less than a tenth in the last few of them.
+  bool stalls(double residual) {
+    constexpr int few = 5;
+    constexpr double least = 0.9;
+    if (residual < least * smallest_) {
+      smallest_ = residual;
+      waiting_ = 0;
+      return false;
+    }
+    return ++waiting_ >= few;
+  }
+
+ private:
+  double smallest_ = std::numeric_limits<double>::infinity();
+  int waiting_ = 0;
+};
 
 }  // namespace drench

@@ -62,6 +62,7 @@ struct DivergenceProblem {
                                   system.dt / system.all() * scale.complementarity(sums) <= limits.divergence_error;
     return report.divergence_converged;
   }
+  bool gives_up() const { return false; }
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 // Stage pressure (src/stages/pressure.hpp).
 
+#include "stages/pressure.hpp"
+
 #include <algorithm>
 #include <optional>
 
@@ -17,6 +19,8 @@ struct DensityProblem {
   double last_start;  // of the step before
   double most;        // 1: of the tolerance, where the step's own compression sets it
   NormScale scale;
+  CoupledProgress coupled{};
+  bool cloth_stalls = false;
 
   DensityUpdate update(Real relaxation) const {
     const Fluid& fluid = system.fluid;
@@ -66,16 +70,21 @@ struct DensityProblem {
   }
   IterationNorms norms(const DensitySums& sums) const { return sums.norms; }
   double scaled(const IterationNorms& n) const { return (scale.residual(n) + scale.complementarity(n)) / system.all(); }
-  bool converged(int iteration, const DensitySums& sums) const {
+  bool converged(int iteration, const DensitySums& sums) {
     const double n = system.all();
     report.density_iterations = iteration;
     report.density_error = sums.norms.largest < INFINITY ? scale.error.value(sums.error) / n : INFINITY;
     report.density_error_max = sums.error_max;
     report.density_converged =
         scale.residual(sums.norms) / n <= tolerance() && scale.complementarity(sums.norms) / n <= tolerance();
-    if (system.elastic && report.density_converged) report.density_converged = system.elastic->progress().residual <= 1;
+    if (system.elastic && report.density_converged) {
+      const double residual = system.elastic->progress().residual;
+      report.density_converged = residual <= 1;
+      cloth_stalls = residual > 1 && coupled.stalls(residual);
+    }
     return report.density_converged;
   }
+  bool gives_up() const { return cloth_stalls; }
 };
 
 void allocate_contact(PressureWork& work, const Fluid& fluid) {

@@ -17,7 +17,8 @@ SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Up
 }
 
 /// Solves for κ. A `Problem` makes the update(relaxation), norms(sums) → IterationNorms of its sums and scaled(norms),
-/// the residual + complementarity that iterations compare. converged(iteration, sums) judges, and writes the report.
+/// the residual + complementarity that iterations compare. converged(iteration, sums) judges, and writes the report;
+/// gives_up() after it: more iterations would not help.
 /// Where scales_start(), start_residual(relaxation) is what the start is scaled by; note_start(mean) takes what it
 /// leaves.
 template <class Problem>
@@ -49,7 +50,8 @@ void solve_pressure(PressureSystem& system, const FluidSolverScene& limits, Prob
       if (!problem.scales_start()) problem.note_start(start);
     }
     const bool converged = problem.converged(iteration, sums);
-    if ((converged && iteration >= limits.min_iterations) || iteration >= limits.max_iterations) break;
+    if ((converged && iteration >= limits.min_iterations) || iteration >= limits.max_iterations || problem.gives_up())
+      break;
     const IterationNorms norms = problem.norms(sums);
     if (iteration == 1 && !scaled) problem.note_start(problem.scaled(norms));
     const bool stepped = system.lean;
