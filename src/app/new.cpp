@@ -19,8 +19,12 @@ namespace {
 constexpr int tried_steps = 10;
 
 /// A step that fails counts as one that does not converge.
-/// Ends with the first step that does not converge or fails: such a step takes the longest.
+/// Says what is tried, unless it is the suggestion itself. Ends with the first step that does not converge or fails:
+/// such a step takes the longest.
 bool first_steps_converge(const Scene& scene) {
+  if (static int trials = 0; ++trials > 1)
+    fmt::print(stderr, "the first steps do not converge; trying a time.step of {:g} s and bend {:g}\n", scene.time.step,
+               scene.cloths.front().material.bend);
   const Setup setup = build(scene, memory_budget());
   const std::unique_ptr<Backend> backend = make_kokkos_backend_on(nullptr, setup.model);
   Pipeline pipeline(setup.model, *backend, setup.state);

@@ -448,6 +448,12 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
   std::optional<Resume> resume;
   if (!options.resume.empty()) {
     resume = find_checkpoint(options.resume, setup.model, *backend);
+    if (const double time = resume->checkpoint.state.time; options.until && *options.until < time * (1 - 1e-9))
+      throw SceneError(
+          fmt::format("--until {}", *options.until),
+          fmt::format("the run is already at {:.6g} s in {}; use a later time, or --resume with an earlier "
+                      "checkpoint",
+                      time, resume->path.string()));
     setup.state = std::move(resume->checkpoint.state);
     memory = foresee_memory(setup, budget);
   }

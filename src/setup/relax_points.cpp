@@ -103,9 +103,8 @@ class Relaxation {
       for_ranges(moving_, threads_, [this](std::size_t k) {
         if (changed_[k] != 0) constrain(k);
       });
-      const auto densest = std::max_element(constraint_.begin(), constraint_.end(), [](const auto& a, const auto& b) {
-        return a.density < b.density;
-      });
+      const auto densest = std::max_element(constraint_.begin(), constraint_.end(),
+                                            [](const auto& a, const auto& b) { return a.density < b.density; });
       if (densest == constraint_.end() || densest->density < 1 + enough) return;
       move();
     }
@@ -161,8 +160,8 @@ class Relaxation {
         const double both = c.lambda + (other < moving_ ? constraint_[other].lambda : 0);
         move += both * volume_ * kernel_derivative(kernel_, r, support_) * away;
       });
-      next[k] = to_vec3(to_eigen(points_[k]) +
-                        std::min(1.0, longest * spacing_ / std::max(move.norm(), 1e-300)) * move);
+      next[k] =
+          to_vec3(to_eigen(points_[k]) + std::min(1.0, longest * spacing_ / std::max(move.norm(), 1e-300)) * move);
     });
     std::fill(changed_.begin(), changed_.end(), std::uint8_t{0});
     double squared = 0;

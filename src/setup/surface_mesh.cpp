@@ -81,7 +81,8 @@ void check_mesh(const SurfaceMesh& mesh, const std::string& name, double min_are
   for (std::size_t i = 1; i < sorted.size(); ++i) {
     if (std::equal(sorted[i].begin(), sorted[i].begin() + 3, sorted[i - 1].begin())) {
       throw SetupError(
-          fmt::format("{}: triangles {} and {} of the mesh are the same", name, sorted[i - 1][3], sorted[i][3]));
+          fmt::format("{}: triangles {} and {} of the mesh are the same (points {}, {}, {}); remove one of them", name,
+                      sorted[i - 1][3], sorted[i][3], sorted[i][0], sorted[i][1], sorted[i][2]));
     }
   }
   for (const MeshEdge& e : mesh_edges(mesh.triangles)) {

@@ -113,6 +113,7 @@ class Fit(Case):
                 ("time (s),height (mm)\n1,2\n2,x\n", "bad.csv:3: x: is not a number"),
                 ("time (s),height (mm)\n1,2\n2\n", "bad.csv:3: 1 values; the header has 2 columns"),
                 ("time (s),height (mm)\n2,2\n1,3\n", "bad.csv:3: time must not decrease"),
+                ("time (s),height (mm)\n0,0\n60,-20\n", "bad.csv:3: height: -20 mm is not possible; allowed: 0 or more"),
                 ("time (h),height (mm)\n3,2\n", "bad.csv:2: time: 3 h is not allowed; allowed: 0 to 2 h"),
         ):
             with self.subTest(line):

@@ -140,6 +140,7 @@ TEST_F(Restart, ALaterEndAndAnotherFolder) {
   EXPECT_EQ(difference(here() / "long", here() / "short"), "");
   // A run that has come to its end has nothing to do.
   must("liquid", {"--resume", "short", "--until", "0.09"});
+  expect_refusal(run("liquid", {"--resume", "short", "--until", "0.03"}), "the run is already at 0.09 s");
   EXPECT_EQ(difference(here() / "long", here() / "short"), "");
 }
 

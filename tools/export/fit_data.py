@@ -193,6 +193,11 @@ class Curve:
             self.lines.append(line)
         if not y:
             self.refuse(self.header_line, "no values below the header")
+        scatter = 0.05 * max(0.0, max(y))  # of a balance around 0, for example
+        for line, value in zip(self.lines, y):
+            if value < -scatter:
+                self.refuse(line, f"{self.y_name}: {value:g} {self.y_unit} is not possible; allowed: 0 or more (scatter around 0 "
+                                  "down to -5 % of the largest value)")
         self.given_x, self.given_y, self.given_sd = numpy.array(x), numpy.array(y), numpy.array(sd)
         if self.x_at is not None:
             self.x = self.given_x * self.x_factor

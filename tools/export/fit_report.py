@@ -86,6 +86,10 @@ def error_line(c):
             (f", R² {c['r_squared']:.4f}" if c["r_squared"] is not None else ""))
 
 
+def misses(c):
+    return c["r_squared"] is not None and c["r_squared"] < 0
+
+
 def text(found):
     wide = max(len(p["key"]) for p in found["parameters"]) - len("cloth.0.")
     lines = [f"fabric {found['fabric']}, {found['degrees_of_freedom']} degrees of freedom, {found['steps']} steps, "
@@ -93,6 +97,9 @@ def text(found):
     for p in found["parameters"]:
         lines.append(f"  {p['key'].removeprefix('cloth.0.'):<{wide}}  {p['value']:<11.5g} {p['unit']:<6} {interval(p)}")
     lines += ["", *map(error_line, found["curves"])]
+    if any(map(misses, found["curves"])):
+        lines.append("  warning: R² below 0 means that a horizontal line fits the data better: this fit failed. Check data and units, "
+                     "or fit other parameters.")
     if found["equation_against_simulation"] is not None:
         lines.append(f"  The errors are those of simulated runs; the fit used the equation of the strip, which differs by "
                      f"{100 * found['equation_against_simulation']:.2f} % from them.")
