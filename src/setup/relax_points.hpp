@@ -16,7 +16,8 @@ using Depth = std::function<double(const Vec3& x, Vec3& inward)>;
 /// rest, with liquid beyond the surface as beyond a plane wall at depth s, is
 ///   ρ_i = V Σ_j W_ij + B(s_i),   B(s) = ∫ W beyond a plane at distance s,
 /// and constraints ρ_i ≤ 1 are projected as in Position Based Fluids (Macklin and Müller 2013, Eqs. 8 to 12, without
-/// its artificial pressure), until the largest ρ_i is below 1.01, at most 100 times. `support` in m.
+/// its artificial pressure) where ρ_i is above 1.005, until the largest is below 1.01, at most 100 times. `support` in
+/// m.
 void relax_points(std::vector<Vec3>& points, double volume, const Depth& depth, KernelKind kernel, double support);
 
 }  // namespace drench
