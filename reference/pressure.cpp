@@ -31,8 +31,9 @@ Vectors end_of_step(const ReferenceState& state, double dt) {
 class ElasticCloth : public ClothResponse {
  public:
   /// `load`: the node forces that stage cloth has seen, N.
-  ElasticCloth(const ReferenceState& state, const StepInfo& info, const Vectors& load)
-      : problem_(state, info), began_(end_of_step(state, info.dt)), load_(load), iteration_(problem_, began_) {
+  /// `converged`: what stage cloth came to.
+  ElasticCloth(const ReferenceState& state, const StepInfo& info, const Vectors& load, bool converged)
+      : cloth_converged_(converged), problem_(state, info), began_(end_of_step(state, info.dt)), load_(load), iteration_(problem_, began_) {
     internal_ = problem_.internal_force(began_);
   }
 
@@ -58,7 +59,7 @@ class ElasticCloth : public ClothResponse {
   }
 
   bool converged() override { return residual_ <= 1; }
-  bool stalls() override { return residual_ > 1 && coupled_.stalls(residual_); }
+  bool stalls() override { return residual_ > 1 && !cloth_converged_ && coupled_.stalls(residual_); }
 
   void accept(ReferenceState& state, const Vectors& node_force) override {
     if (!converged()) iteration_.line_search();
@@ -80,6 +81,7 @@ class ElasticCloth : public ClothResponse {
   double residual() const { return residual_; }
 
  private:
+  bool cloth_converged_;
   ClothProblem problem_;
   Vectors began_, load_, internal_;
   ClothIteration iteration_;
@@ -125,7 +127,7 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
   std::vector<double>& kappa = state.s.fluid_kappa_density;
   SolveResult result;
   if (state.model.has_moving_cloth()) {
-    ElasticCloth cloth(state, info, pressure_response(state, kappa).node_force);
+    ElasticCloth cloth(state, info, pressure_response(state, kappa).node_force, report.cloth_converged);
     result = solve_pressure(state, kappa, active, tolerance, info, cloth, residuals, info.density_start);
     report.cloth_iterations += cloth.iterations();
     if (cloth.iterations() > 0) report.note_cloth_residual(cloth.residual());

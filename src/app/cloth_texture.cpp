@@ -21,41 +21,68 @@ std::optional<int> open_file_of(const std::vector<float>& values) {
   return fileno(file);
 }
 
-std::vector<float> coordinates_of(const ClothScene& cloth, const std::string& scene_path) {
+/// Of each corner of the triangles of a mesh file, u and v; empty without a file or without coordinates in it.
+std::vector<float> coordinates_of(const std::string& file, const std::string& scene_path) {
   std::vector<float> values;
-  if (cloth.file.empty()) return values;
-  for (const auto& triangle : read_mesh(cloth.file, scene_path, {.texture = true}).texture)
+  if (file.empty()) return values;
+  for (const auto& triangle : read_mesh(file, scene_path, {.texture = true}).texture)
     for (const auto& corner : triangle)
       for (const double coordinate : corner) values.push_back(static_cast<float>(coordinate));
   return values;
+}
+
+/// `OPTION=NUMBER:DESCRIPTOR` for each of `files` that has coordinates; the names are for warnings.
+struct MeshFile {
+  std::string name, file;
+};
+std::vector<std::string> arguments_of(const std::string& option, const std::vector<MeshFile>& files,
+                                      const std::string& scene_path, std::vector<std::string>& warnings) {
+  std::vector<std::string> arguments;
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    try {
+      const std::vector<float> values = coordinates_of(files[k].file, scene_path);
+      if (values.empty()) continue;
+      if (const auto file = open_file_of(values))
+        arguments.push_back(fmt::format("{}={}:{}", option, k, *file));
+      else
+        warnings.push_back("no texture coordinates: there is no room for a temporary file");
+    } catch (const SetupError& e) {
+      warnings.push_back(fmt::format("no texture coordinates of {}: {}", files[k].name, e.what()));
+    }
+  }
+  return arguments;
+}
+
+std::optional<Scene> scene_of(const std::string& path, std::vector<std::string>& warnings) {
+  try {
+    return load_scene(path);
+  } catch (const SceneError& e) {
+    warnings.push_back(fmt::format("no texture coordinates: {}", e.what()));
+    return std::nullopt;
+  }
 }
 
 }  // namespace
 
 std::vector<std::string> texture_arguments(const std::filesystem::path& run_folder,
                                            std::vector<std::string>& warnings) {
-  std::vector<std::string> arguments;
   const std::string path = (run_folder / "scene.yaml").string();
-  Scene scene;
-  try {
-    scene = load_scene(path);
-  } catch (const SceneError& e) {
-    warnings.push_back(fmt::format("no texture coordinates: {}", e.what()));
-    return arguments;
-  }
-  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
-    try {
-      const std::vector<float> values = coordinates_of(scene.cloths[c], path);
-      if (values.empty()) continue;
-      if (const auto file = open_file_of(values))
-        arguments.push_back(fmt::format("--texture={}:{}", c, *file));
-      else
-        warnings.push_back("no texture coordinates: there is no room for a temporary file");
-    } catch (const SetupError& e) {
-      warnings.push_back(fmt::format("no texture coordinates of cloth {}: {}", scene.cloths[c].name, e.what()));
-    }
-  }
-  return arguments;
+  const std::optional<Scene> scene = scene_of(path, warnings);
+  if (!scene) return {};
+  std::vector<MeshFile> files;
+  for (const ClothScene& cloth : scene->cloths) files.push_back({"cloth " + cloth.name, cloth.file});
+  return arguments_of("--texture", files, path, warnings);
+}
+
+std::vector<std::string> body_texture_arguments(const std::filesystem::path& run_folder,
+                                                std::vector<std::string>& warnings) {
+  const std::string path = (run_folder / "scene.yaml").string();
+  const std::optional<Scene> scene = scene_of(path, warnings);
+  if (!scene) return {};
+  std::vector<MeshFile> files;
+  for (std::size_t b = 0; b < scene->bodies.size(); ++b)
+    files.push_back({fmt::format("body {}", b), scene->bodies[b].file});
+  return arguments_of("--body-texture", files, path, warnings);
 }
 
 }  // namespace drench

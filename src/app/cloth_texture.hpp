@@ -1,5 +1,5 @@
 #pragma once
-// Texture coordinates of cloths for an export: the frames of a run do not hold them, the cloths' mesh files do.
+// Texture coordinates of cloths and bodies for an export: the frames of a run do not hold them, the mesh files do.
 
 #include <filesystem>
 #include <string>
@@ -11,5 +11,8 @@ namespace drench {
 /// without a name, which holds u and v of each triangle's corners as floats. Mesh files that cannot be read give a
 /// warning, a line each.
 std::vector<std::string> texture_arguments(const std::filesystem::path& run_folder, std::vector<std::string>& warnings);
+/// The same of the bodies, as `--body-texture=BODY:DESCRIPTOR`.
+std::vector<std::string> body_texture_arguments(const std::filesystem::path& run_folder,
+                                                std::vector<std::string>& warnings);
 
 }  // namespace drench

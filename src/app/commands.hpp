@@ -67,6 +67,7 @@ struct ExportOptions {
   std::optional<std::string> output;  // usd: a file; else a folder
   std::optional<double> fps;          // pictures a second; else as the frames come
   bool wet_maps = false;              // of bodies, in usd
+  std::optional<int> wet_textures;    // pixels along an edge; with wet_maps
 };
 
 /// Writes a run's frames in the format of another tool. Throws ExportError: nothing there to export, or damaged. For

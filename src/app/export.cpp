@@ -128,10 +128,16 @@ int export_particles(const ExportOptions& options) {
   std::vector<std::string> words{folder.string(),         file, "--rate", fmt::format("{:.17g}", rate), "--up",
                                  std::string(1, scene.up)};
   for (const std::string& name : scene.cloths) words.push_back("--cloth=" + name);
-  if (options.wet_maps) words.push_back("--wet-maps");
+  if (options.wet_maps || options.wet_textures) words.push_back("--wet-maps");
+  if (options.wet_textures) words.push_back(fmt::format("--wet-textures={}", *options.wet_textures));
   std::vector<std::string> warnings;
   if (scene.mesh_files)
     for (std::string& word : texture_arguments(folder, warnings)) words.push_back(std::move(word));
+  const std::size_t without = words.size();
+  if (options.wet_textures)
+    for (std::string& word : body_texture_arguments(folder, warnings)) words.push_back(std::move(word));
+  if (options.wet_textures && words.size() == without)
+    throw ExportError("--wet-textures: no body has a mesh file with texture coordinates (vt in .obj)");
   for (const std::string& line : warnings) warn(line);
   become_python("write_usd.py", words);
 }
@@ -140,7 +146,9 @@ int export_particles(const ExportOptions& options) {
 
 int export_command(const ExportOptions& options) {
   if (!fs::is_directory(options.folder)) throw ExportError(fmt::format("{}: no such folder", options.folder));
-  if (options.wet_maps && options.to != "usd") throw ExportError("--wet-maps: applies only to --to usd");
+  if (options.to != "usd" && (options.wet_maps || options.wet_textures))
+    throw ExportError(
+        fmt::format("{}: applies only to --to usd", options.wet_maps ? "--wet-maps" : "--wet-textures"));
   try {
     if (options.to == "usd") export_usd(options);
     return export_particles(options);

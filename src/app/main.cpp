@@ -150,6 +150,10 @@ void add_export_options(CLI::App& command, drench::ExportOptions& options) {
       });
   command.add_flag("--wet-maps", options.wet_maps,
                    "with usd: how long liquid has touched each point of the bodies, and how thick it is there");
+  command
+      .add_option("--wet-textures", options.wet_textures,
+                  "the same as images of so many pixels along an edge, for bodies whose mesh has texture coordinates")
+      ->check(CLI::Range(16, 8192));
   command.footer(
       "Examples:\n"
       "  drench export out/scene --to usd\n"

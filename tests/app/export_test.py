@@ -14,6 +14,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -362,7 +363,96 @@ def check_wet_maps(run, folder, reader):
     rejects("applies only to --to usd", "export", run, "--to", "ply", "--wet-maps")
 
 
+def read_exr(path):
+    """{channel: rows of floats} of a file with blocks of 16 rows, compressed as ZIP or not, by the format's description."""
+    data = path.read_bytes()
+    expect(struct.unpack_from("<ii", data) == (20000630, 2), "an OpenEXR file of one part")
+    at, header = 8, {}
+    while data[at]:
+        name, kind = data[at:].split(b"\0", 2)[:2]
+        at += len(name) + len(kind) + 2
+        size = struct.unpack_from("<i", data, at)[0]
+        header[name.decode()] = data[at + 4:at + 4 + size]
+        at += 4 + size
+    listed = header["channels"]  # one letter and 17 bytes each
+    names = [listed[k:k + 1].decode() for k in range(0, len(listed) - 1, 18)]
+    x0, y0, x1, y1 = struct.unpack("<iiii", header["dataWindow"])
+    width, height, rows = x1 - x0 + 1, y1 - y0 + 1, {name: [] for name in names}
+    for block in struct.unpack_from(f"<{(height + 15) // 16}Q", data, at + 1):
+        first, size = struct.unpack_from("<ii", data, block)
+        lines = min(16, height - first)
+        raw = data[block + 8:block + 8 + size]
+        if size < 4 * len(names) * width * lines:
+            mixed = bytearray(zlib.decompress(raw))
+            for k in range(1, len(mixed)):
+                mixed[k] = (mixed[k - 1] + mixed[k] - 128) % 256
+            half = (len(mixed) + 1) // 2
+            raw = bytes(mixed[k // 2 + (half if k % 2 else 0)] for k in range(len(mixed)))
+        values = struct.unpack(f"<{len(raw) // 4}f", raw)
+        for line in range(lines):
+            for c, name in enumerate(names):
+                rows[name].append(values[(line * len(names) + c) * width:][:width])
+    return rows
+
+
+# A pyramid in a pool: its four sides lie in the quarters of the texture, but for one that is in the next tile, and its base has
+# none of its own.
+PYRAMID = "v -0.05 0 -0.05\nv 0.05 0 -0.05\nv 0.05 0 0.05\nv -0.05 0 0.05\nv 0 0.1 0\n" + "".join(
+    f"vt {u} {v}\nvt {u + 0.4} {v}\nvt {u + 0.2} {v + 0.4}\n" for u, v in ((0.05, 0.05), (0.55, 0.05), (0.05, 0.55), (1.55, 0.55))) + (
+    "vt 0.48 0.48\nf 1/13 2/13 3/13 4/13\nf 2/1 1/2 5/3\nf 3/4 2/5 5/6\nf 4/7 3/8 5/9\nf 1/10 4/11 5/12\n")
+PYRAMID_SCENE = """drench: 1
+time: {step: 0.002, end: 0.06}
+output: {every: 0.02}
+fluid: {spacing: 0.02, sources: [{block: {min: [-0.12, 0, -0.12], max: [0.12, 0.08, 0.12]}}]}
+bodies:
+  - box: {min: [-0.12, 0, -0.12], max: [0.12, 0.4, 0.12], inside: true}
+  - mesh: {file: pyramid.obj, velocity: [0, 0.5, 0]}
+"""
+
+
+def check_wet_textures(folder, reader):
+    """A pixel shows what the map's values at the corners of its triangle give there, and the islands have borders."""
+    (folder / "pyramid.obj").write_text(PYRAMID)
+    (folder / "pyramid.yaml").write_text(PYRAMID_SCENE)
+    run, file, size = folder / "pyramid", folder / "pyramid.usdc", 64
+    drench("run", folder / "pyramid.yaml", "-o", run, "--quiet")
+    made = drench("export", run, "--to", "usd", "--wet-textures", size, "-o", file)
+    expect(made.stderr.count("warning") == 1 and "1 triangles have texture coordinates outside" in made.stderr, made.stderr)
+    expect("4 images of 64 × 64 pixels" in made.stdout, made.stdout)
+    prim = json.loads(subprocess.run([*reader, str(file), "3"], capture_output=True, check=True).stdout)["frames"][0]
+    body = prim["/World/bodies/body_1"]
+    image = read_exr(folder / "pyramid_wet/body_1.0003.exr")
+    expect(len(image["R"]) == len(image["R"][0]) == size, "a square")
+    expect(max(body["primvar:contact_time"]) > 0.03 and min(body["primvar:contact_time"]) < 0.03, str(body["primvar:contact_time"]))
+    seen = 0
+    for t in range(2, 5):  # the sides in the texture, after the base's two
+        corner = body["corners"][3 * t:3 * t + 3]
+        (ua, va), (ub, vb), (uc, vc) = body["primvar:st"][3 * t:3 * t + 3]
+        area = (ub - ua) * (vc - va) - (uc - ua) * (vb - va)
+        for y in range(size):
+            for x in range(size):
+                u, v = (x + 0.5) / size, 1 - (y + 0.5) / size
+                b = ((u - ua) * (vc - va) - (uc - ua) * (v - va)) / area
+                c = ((ub - ua) * (v - va) - (u - ua) * (vb - va)) / area
+                if min(b, c, 1 - b - c) < 0.01:
+                    continue
+                seen += 1
+                for channel, name in (("R", "contact_time"), ("G", "film")):
+                    values = [body[f"primvar:{name}"][n] for n in corner]
+                    wanted = (1 - b - c) * values[0] + b * values[1] + c * values[2]
+                    expect(abs(image[channel][y][x] - wanted) < 1e-6, f"{name} at {x}, {y}: {image[channel][y][x]}, not {wanted}")
+                expect(image["B"][y][x] == 1, "there is texture")
+    expect(seen > 700, f"{seen} pixels")
+    covered = sum(map(sum, image["B"]))
+    expect(1.3 * seen < covered < 2.5 * seen, f"{covered} pixels with borders, {seen} without")
+    expect(image["B"][10][50] == 0 and image["R"][10][50] == 0, "the side in the next tile is not shown")
+    rejects("applies only to --to usd", "export", run, "--to", "ply", "--wet-textures", 64)
+    rejects("--wet-textures", "export", run, "--to", "usd", "--wet-textures", 8)
+
+
 def check_usd_variants(run, folder, reader):
+    check_wet_textures(folder, reader)
+    rejects("no body has a mesh file with texture coordinates", "export", run, "--to", "usd", "--wet-textures", 64)
     check_wet_maps(run, folder, reader)
     text = folder / "deeper/run.usda"
     other = drench("export", run, "--to", "usd", "--fps", 24, "-o", text)

@@ -187,6 +187,15 @@ class Body:
         self.prim.CreateFaceVertexCountsAttr(integers(self.counts))
         self.prim.CreateFaceVertexIndicesAttr(integers(self.corners))
 
+    def set_texture(self, coordinates):
+        """`coordinates`: u and v of each corner; triangles that close holes, which come last, have none in the file."""
+        if len(coordinates) > len(self.corners):
+            return
+        all_corners = np.zeros((len(self.corners), 2), np.float32)
+        all_corners[:len(coordinates)] = coordinates
+        kind, corners = Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
+        UsdGeom.PrimvarsAPI(self.prim).CreatePrimvar("st", kind, corners).Set(Vt.Vec2fArray.FromNumpy(all_corners))
+
     def write_wetness(self, code, particles, since):
         """What the liquid of this frame makes of its points (wet_maps.py)."""
         if self.map is None:
@@ -249,8 +258,9 @@ class Body:
 class Bodies:
     """All bodies, each a prim of its own; those that stand still are written once."""
 
-    def __init__(self, stage):
-        self.stage, self.bodies, self.seen = stage, {}, set()
+    def __init__(self, stage, textures):
+        """`textures`: texture coordinates by number."""
+        self.stage, self.textures, self.bodies, self.seen = stage, textures, {}, set()
         UsdGeom.Xform.Define(stage, "/World/bodies")
         self.material = define_material(stage, "body", Gf.Vec3f(0.55, 0.55, 0.58), 0.6)
 
@@ -273,5 +283,7 @@ class Bodies:
                 inside = bool(container[own][0])
                 self.bodies[index] = Body(self.stage, f"/World/bodies/body_{index}", shape, inside)
                 bind(self.bodies[index].prim, self.material)
+                if index in self.textures:
+                    self.bodies[index].set_texture(self.textures[index])
             if moving:
                 self.bodies[index].write(code, shape)

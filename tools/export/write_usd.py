@@ -21,6 +21,7 @@ try:
     from usd_prims import Bodies, Liquid, Surface, define_cloths
     from vtu_reader import Frame, FrameError, read_collection
     from wet_maps import Particles
+    from wet_textures import Texture, write_exr
     import numpy as np
 except ImportError as error:
     fail_without(error.name)
@@ -36,6 +37,8 @@ def parse_arguments():
     parser.add_argument("--texture", action="append", default=[], metavar="CLOTH:DESCRIPTOR",
                         help="an open file of floats: u and v of each corner of the cloth's triangles")
     parser.add_argument("--wet-maps", action="store_true", help="contact time and film on the points of bodies")
+    parser.add_argument("--body-texture", action="append", default=[], metavar="BODY:DESCRIPTOR", help="as --texture")
+    parser.add_argument("--wet-textures", type=int, metavar="PIXELS", help="with --wet-maps: the edge of images of them")
     options = parser.parse_args()
     if options.file.suffix not in ENDINGS:
         fail(f"{options.file}: must end in {', '.join(ENDINGS)}")
@@ -55,7 +58,7 @@ def new_stage(path, options):
 
 
 def read_textures(arguments):
-    """{number of a cloth: rows of u and v}"""
+    """{number of a cloth or body: rows of u and v}"""
     textures = {}
     for argument in arguments:
         cloth, descriptor = map(int, argument.split(":"))
@@ -68,8 +71,10 @@ def read_textures(arguments):
 class Scene:
     """The prims of a run, made when their first frame comes."""
 
-    def __init__(self, stage, has_surface, cloth_names, textures, wet_maps=False):
+    def __init__(self, stage, has_surface, cloth_names, textures, wet_maps=False, images=None):
+        """`images`: of wet maps, None for none."""
         self.stage, self.has_surface, self.cloth_names, self.textures = stage, has_surface, cloth_names, textures
+        self.images = images
         self.liquid = self.surface = self.cloths = self.bodies = None
         self.wet_maps, self.particles, self.wet_at = wet_maps, None, None
 
@@ -88,7 +93,7 @@ class Scene:
             if series == "cloth":
                 self.cloths = self.cloths or define_cloths(self.stage, frame, self.cloth_names, self.textures)
                 return sum(cloth.write(code, frame) for cloth in self.cloths)
-            self.bodies = self.bodies or Bodies(self.stage)
+            self.bodies = self.bodies or Bodies(self.stage, self.images.coordinates if self.images else {})
             self.bodies.write(code, path, frame)
             return 0
 
@@ -98,8 +103,10 @@ class Scene:
             return 0
         since = time - self.wet_at if self.wet_at is not None else 0.0
         self.wet_at = time
-        for body in self.bodies.bodies.values():
+        for index, body in self.bodies.bodies.items():
             body.write_wetness(code, self.particles, since)
+            if self.images:
+                self.images.write(index, body, code)
         return sum(8 * len(body.rest) for body in self.bodies.bodies.values())
 
     def summary(self):
@@ -115,6 +122,41 @@ class Scene:
         return ", ".join(parts)
 
 
+class Images:
+    """Wet maps in the texture coordinates of bodies, a file for each body and frame."""
+
+    def __init__(self, folder, size, coordinates):
+        self.folder, self.size, self.coordinates, self.textures, self.count = folder, size, coordinates, {}, 0
+
+    def write(self, index, body, code):
+        if index not in self.coordinates or body.map is None:
+            return
+        if index not in self.textures:
+            self.textures[index] = self._texture(index, body)
+        texture = self.textures[index]
+        if texture is None:
+            return
+        self.folder.mkdir(parents=True, exist_ok=True)
+        write_exr(self.folder / f"body_{index}.{round(code):04}.exr",
+                  {"R": texture.image(body.map.contact), "G": texture.image(body.map.film),
+                   "B": (texture.source >= 0).astype(np.float32)})
+        self.count += 1
+
+    def _texture(self, index, body):
+        coordinates = self.coordinates[index]
+        if len(coordinates) > len(body.corners):
+            print(f"warning: body {index}: its mesh file is not the one of the run: no images", file=sys.stderr)
+            return None
+        texture = Texture(coordinates, body.corners[:len(coordinates)], self.size)  # triangles that close holes come last
+        if texture.outside > 0:
+            print(f"warning: body {index}: {texture.outside} triangles have texture coordinates outside 0 to 1 and are not in the "
+                  "images", file=sys.stderr)
+        return texture
+
+    def summary(self):
+        return f"; {self.count} images of {self.size} × {self.size} pixels in {self.folder}"
+
+
 def time_code(time, rate):
     """Rounded, so that a frame of the run is met where a picture asks for it."""
     return round(time * rate, 5)
@@ -123,8 +165,12 @@ def time_code(time, rate):
 def export(options, temporary):
     series = {name: read_collection(options.folder, name) for name in ("fluid", "surface", "cloth", "bodies")}
     stage = new_stage(temporary, options)
+    images = None
+    if options.wet_textures:
+        folder = options.file.with_name(options.file.stem + "_wet")
+        images = Images(folder, options.wet_textures, read_textures(options.body_texture))
     scene, waiting, codes = Scene(stage, bool(series["surface"]), options.cloth, read_textures(options.texture),
-                                 options.wet_maps), 0, []
+                                 options.wet_maps, images), 0, []
     for time in sorted({time for frames in series.values() for time in frames}):
         code = time_code(time, options.rate)
         for name, frames in series.items():
@@ -139,7 +185,7 @@ def export(options, temporary):
     stage.SetStartTimeCode(codes[0])
     stage.SetEndTimeCode(codes[-1])
     stage.GetRootLayer().Save()
-    return len(codes), scene.summary()
+    return len(codes), scene.summary(), images.summary() if images else ""
 
 
 def reason_of(error):
@@ -154,7 +200,7 @@ def main():
     try:
         options.file.parent.mkdir(parents=True, exist_ok=True)
         temporary.unlink(missing_ok=True)
-        frames, summary = export(options, temporary)
+        frames, summary, images = export(options, temporary)
         os.replace(temporary, options.file)
     except FrameError as error:
         fail(str(error))
@@ -163,7 +209,7 @@ def main():
     finally:
         temporary.unlink(missing_ok=True)
     size = options.file.stat().st_size / 2**20
-    print(f"{options.file}: {frames} frames at {options.rate:.6g} per second, {summary}; {size:.1f} MiB")
+    print(f"{options.file}: {frames} frames at {options.rate:.6g} per second, {summary}; {size:.1f} MiB{images}")
 
 
 if __name__ == "__main__":
