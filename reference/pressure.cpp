@@ -33,7 +33,11 @@ class ElasticCloth : public ClothResponse {
   /// `load`: the node forces that stage cloth has seen, N.
   /// `converged`: what stage cloth came to.
   ElasticCloth(const ReferenceState& state, const StepInfo& info, const Vectors& load, bool converged)
-      : cloth_converged_(converged), problem_(state, info), began_(end_of_step(state, info.dt)), load_(load), iteration_(problem_, began_) {
+      : cloth_converged_(converged),
+        problem_(state, info),
+        began_(end_of_step(state, info.dt)),
+        load_(load),
+        iteration_(problem_, began_) {
     internal_ = problem_.internal_force(began_);
   }
 

@@ -147,8 +147,7 @@ int export_particles(const ExportOptions& options) {
 int export_command(const ExportOptions& options) {
   if (!fs::is_directory(options.folder)) throw ExportError(fmt::format("{}: no such folder", options.folder));
   if (options.to != "usd" && (options.wet_maps || options.wet_textures))
-    throw ExportError(
-        fmt::format("{}: applies only to --to usd", options.wet_maps ? "--wet-maps" : "--wet-textures"));
+    throw ExportError(fmt::format("{}: applies only to --to usd", options.wet_maps ? "--wet-maps" : "--wet-textures"));
   try {
     if (options.to == "usd") export_usd(options);
     return export_particles(options);

@@ -29,8 +29,8 @@ inline int cloth_iterations_per_pressure(const ClothSolverScene& solver, int spe
   return std::clamp(left, few, each);
 }
 
-/// Whether a solve goes on for the sake of cloth whose own step, in stage cloth, has not converged: it would take all of
-/// fluid.solver.max_iterations, with the cloth's iterations in each.
+/// Whether a solve goes on for the sake of cloth whose own step, in stage cloth, has not converged: it would take all
+/// of fluid.solver.max_iterations, with the cloth's iterations in each.
 class CoupledProgress {
  public:
   /// To be told the cloth's residual (1) of each iteration in which the liquid has converged. True once it has fallen
