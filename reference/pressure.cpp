@@ -63,7 +63,7 @@ class ElasticCloth : public ClothResponse {
   }
 
   bool converged() override { return residual_ <= 1; }
-  bool stalls() override { return residual_ > 1 && !cloth_converged_ && coupled_.stalls(residual_); }
+  bool stalls() override { return !converged() && !cloth_converged_ && coupled_.stalls(residual_); }
 
   void accept(ReferenceState& state, const Vectors& node_force) override {
     if (!converged()) iteration_.line_search();

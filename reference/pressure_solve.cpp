@@ -90,7 +90,8 @@ SolveResult solve_pressure(ReferenceState& state, std::vector<double>& kappa, co
     const bool liquid_converged = result.error <= tolerance && complementarity / count <= tolerance;
     result.converged = liquid_converged && cloth.converged();
     if ((result.converged && result.iterations >= solver.min_iterations) ||
-        result.iterations >= solver.max_iterations || (liquid_converged && cloth.stalls())) {
+        result.iterations >= solver.max_iterations ||
+        (liquid_converged && result.iterations >= solver.min_iterations && cloth.stalls())) {
       kappa = volume.pressure;
       for (Index i = 0; i < count; ++i) state.s.fluid_velocity[i] = arr(fluid[i]);
       cloth.accept(state, response.node_force);

@@ -17,7 +17,7 @@ from .recording import Recording, write_picture, write_report
 from .scene import Scene
 from .simulation import Frame, Simulation, Step
 
-for _error in (Error, CheckpointError, DeviceError, RunFailure, SceneError, SetupError, StaleView):
+for _error in (Error, BatchError, CheckpointError, DeviceError, RunFailure, SceneError, SetupError, StaleView):
     _error.__module__ = "drench"  # as users name them
 
 #: The folder of the scenes that come with drench.

@@ -10,11 +10,11 @@ import numpy as np
 
 from . import _core
 from .scene import SceneLike
-from .simulation import Simulation, Step
+from .simulation import Simulation, Step, _time
 
 
 class BatchError(_core.Error):
-    """Worlds of a batch that could not go on; the others have made their step.
+    """Worlds of a batch that could not go on, or whose callbacks raised; the others have made their step.
 
     errors: the exceptions by the index of the world. Such a world can be reset, or given another state.
     """
@@ -25,6 +25,9 @@ class BatchError(_core.Error):
         more = f" (and {len(self.errors) - 1} more)" if len(self.errors) > 1 else ""
         super().__init__(f"world {first}: {self.errors[first]}{more}")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return BatchError, (self.errors,)
+
 
 class Batch(Sequence[Simulation]):
     """n independent worlds that step with one call. `batch[k]` is a Simulation, and each has the bits that it has alone.
@@ -34,7 +37,7 @@ class Batch(Sequence[Simulation]):
     overrides: values that replace the scene's, as in {"fluid.spacing": 0.02}: for all worlds, or a list with one per world.
     threads: number of threads; only the first run in a process can choose it.
 
-    On a CPU, worlds compute on all threads at the same time, one thread each.
+    Worlds compute at the same time; with at least as many worlds as threads, each on one thread.
     Raises what Simulation raises.
     """
 
@@ -82,22 +85,37 @@ class Batch(Sequence[Simulation]):
         chosen = range(len(self)) if worlds is None else sorted({self._index(k) for k in worlds})
         runs = [self._worlds[k] for k in chosen]
         bounds = [run._before_step(limits[k]) for k, run in zip(chosen, runs)]  # type: ignore[arg-type]
+        results = _core.step_together([run._run for run in runs], bounds)
         reports: list[Step | None] = [None] * len(self)
         errors: dict[int, Exception] = {}
-        for k, run, result in zip(chosen, runs, _core.step_together([run._run for run in runs], bounds)):
+        for k, run, result in zip(chosen, runs, results):
             if isinstance(result, Exception):
                 errors[k] = result
-            else:
+                continue
+            try:
                 reports[k] = run._after_step(result)
+            except Exception as error:  # of a callback: the other worlds have stepped too
+                errors[k] = error
         if errors:
             raise BatchError(errors)
         return reports
 
     def run_until(self, time: float) -> None:
-        """Advance all worlds until the simulated time of each is `time`, s. Raises BatchError."""
-        while waiting := [k for k, world in enumerate(self._worlds) if world.time < time - world._rounding]:
+        """Advance all worlds until the simulated time of each is `time`, s.
+
+        Raises BatchError once all worlds that can go on are there.
+        """
+        time = _time("run_until", time)
+        errors: dict[int, Exception] = {}
+        while waiting := [k for k, world in enumerate(self._worlds)
+                          if k not in errors and world.time < time - world._rounding]:
             left = [max(time - world.time, world._rounding) for world in self._worlds]
-            self.step(left, waiting)
+            try:
+                self.step(left, waiting)
+            except BatchError as error:
+                errors.update(error.errors)
+        if errors:
+            raise BatchError(errors)
 
     def reset(self, worlds: Iterable[int] | None = None) -> None:
         """Return these worlds (default: all) to the start of their scenes. Commands are dropped, callbacks stay."""
@@ -116,6 +134,8 @@ class Batch(Sequence[Simulation]):
         return np.stack(fields)
 
     def _index(self, k: Any) -> int:
+        if isinstance(k, (bool, np.bool_)):
+            raise TypeError("worlds: needs indices; of a mask, numpy.flatnonzero(mask)")
         index = operator.index(k)
         if not 0 <= index < len(self):
             raise IndexError(f"there is no world {index}; allowed: 0 to {len(self) - 1}")

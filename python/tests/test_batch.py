@@ -1,6 +1,7 @@
 """Worlds that step together."""
 
 import copy
+import pickle
 import threading
 import time
 
@@ -117,20 +118,44 @@ def test_a_world_may_step_alone_but_not_while_the_batch_steps():
     def work():
         begun.set()
         for _ in range(5):
-            batch.step()
+            try:
+                batch.step()
+            except RuntimeError as error:  # the other thread was first
+                errors.append(str(error))
 
     thread = threading.Thread(target=work)
     thread.start()
     begun.wait()
     while thread.is_alive():
         try:
-            batch[0]._run.time
             batch[0]._run.step()
         except RuntimeError as error:
             errors.append(str(error))
         time.sleep(0.001)
     thread.join()
     assert errors and all("another thread" in error for error in errors)
+
+
+def test_a_callback_that_raises_leaves_the_other_worlds_in_order():
+    def refuse(run, step):
+        raise KeyError("mine")
+
+    batch = drench.Batch(DRY, 3)
+    batch[0].on_step(refuse)
+    with pytest.raises(drench.BatchError, match="world 0: 'mine'") as caught:
+        batch.step()
+    assert [world.last.step for world in batch] == [1, 1, 1]
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert list(again.errors) == [0] and str(again) == str(caught.value)
+
+
+def test_what_no_batch_can_run_to():
+    batch = drench.Batch(DRY, 2)
+    for time_ in (float("inf"), float("nan")):
+        with pytest.raises(ValueError, match="finite"):
+            batch.run_until(time_)
+    with pytest.raises(TypeError, match="flatnonzero"):
+        batch.reset([True, False])
 
 
 def test_a_long_batch_repeats_itself():

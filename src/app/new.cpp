@@ -19,12 +19,9 @@ namespace {
 constexpr int tried_steps = 10;
 
 /// A step that fails counts as one that does not converge.
-/// Says what is tried, unless it is the suggestion itself. Ends with the first step that does not converge or fails:
+/// Ends with the first step that does not converge or fails:
 /// such a step takes the longest.
 bool first_steps_converge(const Scene& scene) {
-  if (static int trials = 0; ++trials > 1)
-    fmt::print(stderr, "the first steps do not converge; trying a time.step of {:g} s and bend {:g}\n", scene.time.step,
-               scene.cloths.front().material.bend);
   const Setup setup = build(scene, memory_budget());
   const std::unique_ptr<Backend> backend = make_kokkos_backend_on(nullptr, setup.model);
   Pipeline pipeline(setup.model, *backend, setup.state);
@@ -51,7 +48,12 @@ int new_command(const NewOptions& options) {
   try {
     require_device();
     runtime.emplace(options.threads, true);
-    trial = first_steps_converge;
+    trial = [trials = 0](const Scene& scene) mutable {
+      if (++trials > 1)
+        fmt::print(stderr, "trying the first steps with a time.step of {:g} s and bend {:g} N m\n", scene.time.step,
+                   scene.cloths.front().material.bend);
+      return first_steps_converge(scene);
+    };
   } catch (const DeviceError&) {
   }
   const FirstScene scene = first_scene(mesh, body, trial);

@@ -29,7 +29,8 @@ struct StepInfo {
   double divergence_start = 0, density_start = 0;                      // StepReport's, of the step before
 };
 
-/// A backend owns a copy of the state. Calls come from one thread. Errors are std::runtime_error.
+/// A backend owns a copy of the state. Calls come from one thread at a time, while other threads may use other
+/// backends. Errors are std::runtime_error.
 class Backend {
  public:
   virtual ~Backend() = default;

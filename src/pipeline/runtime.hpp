@@ -55,7 +55,7 @@ int shared_loops();
 /// How many runs may compute at a time, each in a thread: as many as threads share loops, or for a GPU as many as keep
 /// it busy.
 int runs_at_a_time();
-/// How many of them share the loops of a run. It may change between any two steps, for results do not depend on it.
+/// How many threads share the loops of a run. It may change between any two steps, for results do not depend on it.
 void share_loops(int threads);
 /// As long as it lives, loops of the thread that made it are shared among so many threads, whatever share_loops() says.
 class OwnLoops {

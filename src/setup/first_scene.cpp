@@ -298,6 +298,7 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
   // Where even the extremes fail, nothing between them is tried: a trial that fails takes the longest.
   double shortest = step / 2;
   while (shortest / 2 >= shortest_step) shortest /= 2;
+  shortest = std::max(shortest, std::min(step, shortest_step));
   bool found = false;
   if (converges(shortest, bend)) {
     for (double half = step / 2; half > shortest && !found; half /= 2) found = converges(half, bend);

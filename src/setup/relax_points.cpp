@@ -171,7 +171,7 @@ class Relaxation {
       squared = std::max(squared, (to_eigen(next[k]) - to_eigen(listed_[k])).squaredNorm());
       mark_around(k, changed_);
     }
-    if (std::sqrt(squared) > farthest * spacing_) near_.reset();
+    if (std::sqrt(squared) > (farthest - longest) * spacing_) near_.reset();  // before the next round goes too far
   }
   void mark_around(std::size_t k, std::vector<std::uint8_t>& marks) const {
     marks[k] = 1;
@@ -188,7 +188,7 @@ class Relaxation {
   WallShare wall_share_;
   std::optional<Near> near_;
   std::vector<Constraint> constraint_;
-  std::vector<std::uint8_t> changed_;  // or a neighbour of one
+  std::vector<std::uint8_t> changed_;  // has moved in the last round, or is near one that has
   int threads_ = host_threads();
 };
 

@@ -1,14 +1,18 @@
 // Stage pressure: backend against reference from identical input.
 
+#include "stages/pressure.hpp"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/eigen_vec.hpp"
 #include "pipeline/pipeline.hpp"
 #include "precision.hpp"
 #include "stage_compare.hpp"
+#include "stages/pressure.hpp"
 #include "states.hpp"
 
 namespace drench::test {
@@ -253,6 +257,16 @@ TEST(pressure, with_cloth_by_xpbd_agrees_with_the_reference) {
                  .scene = with(wet_scene(), "cloth:\n", "cloth_solver: {method: xpbd}\ncloth:\n"),
                  .steps_before = 40,
                  .changes = "fluid_velocity"});
+}
+
+TEST(coupled_solve, ends_when_the_residual_of_the_cloth_no_longer_falls) {
+  CoupledProgress falls, stays, rises;
+  double residual = 1000;
+  for (int k = 0; k < 60; ++k, residual *= 0.97) EXPECT_FALSE(falls.stalls(residual)) << k;
+  for (int k = 0; k < 5; ++k) EXPECT_FALSE(stays.stalls(1000 - k)) << k;
+  EXPECT_TRUE(stays.stalls(995));
+  for (int k = 0; k < 5; ++k) EXPECT_FALSE(rises.stalls(10 + k)) << k;
+  EXPECT_TRUE(rises.stalls(std::nan(""))) << "not a number";
 }
 
 }  // namespace drench::test

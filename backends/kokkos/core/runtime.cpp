@@ -166,7 +166,8 @@ int runs_at_a_time() {
 }
 
 OwnLoops::OwnLoops(int threads) : before_(kokkos_backend::HostLoops::own) {
-  kokkos_backend::HostLoops::own = std::max(threads, 1);
+  const int most = kokkos_backend::on_host ? loop_threads() : std::max(threads, 1);
+  kokkos_backend::HostLoops::own = std::clamp(threads, 1, most);
 }
 OwnLoops::~OwnLoops() { kokkos_backend::HostLoops::own = before_; }
 

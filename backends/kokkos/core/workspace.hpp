@@ -2,6 +2,7 @@
 // What the kernels of one run share, so that runs of several threads do not meet in it.
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/types.hpp"

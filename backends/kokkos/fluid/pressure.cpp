@@ -80,7 +80,8 @@ struct DensityProblem {
     if (system.elastic && report.density_converged) {
       const double residual = system.elastic->progress().residual;
       report.density_converged = residual <= 1;
-      cloth_stalls = residual > 1 && !report.cloth_converged && coupled.stalls(residual);
+      cloth_stalls = iteration >= limits.min_iterations && !report.density_converged && !report.cloth_converged &&
+                     coupled.stalls(residual);
     }
     return report.density_converged;
   }

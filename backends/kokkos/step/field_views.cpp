@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 
 #include "state/needed_fields.hpp"
 
@@ -126,7 +127,6 @@ namespace drench {
 
 void copy_to_host(const FieldView& view, void* to) {
   using kokkos_backend::MemSpace;
-  using Bytes = Kokkos::View<const std::byte*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>;
   using DeviceBytes = Kokkos::View<const std::byte*, MemSpace, Kokkos::MemoryUnmanaged>;
   if (view.rows == 0) return;
   const std::size_t number = view.type == FieldView::Type::uint8 ? 1 : view.type == FieldView::Type::float32 ? 4 : 8;
@@ -137,7 +137,7 @@ void copy_to_host(const FieldView& view, void* to) {
   const auto* data = static_cast<const std::byte*>(view.data);
   Kokkos::View<std::byte*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged> host(span.data(), size);
   if (view.where == FieldView::Memory::host)
-    Kokkos::deep_copy(host, Bytes(data, size));
+    std::memcpy(span.data(), data, size);
   else
     Kokkos::deep_copy(host, DeviceBytes(data, size));
   for (std::size_t k = 0; k < static_cast<std::size_t>(view.rows); ++k)
