@@ -31,10 +31,11 @@ std::vector<float> coordinates_of(const std::string& file, const std::string& sc
   return values;
 }
 
-/// `OPTION=NUMBER:DESCRIPTOR` for each of `files` that has coordinates; the names are for warnings.
 struct MeshFile {
-  std::string name, file;
+  std::string name;  // for warnings
+  std::string file;
 };
+/// `OPTION=NUMBER:DESCRIPTOR` for each of `files` that has coordinates.
 std::vector<std::string> arguments_of(const std::string& option, const std::vector<MeshFile>& files,
                                       const std::string& scene_path, std::vector<std::string>& warnings) {
   std::vector<std::string> arguments;
@@ -53,36 +54,25 @@ std::vector<std::string> arguments_of(const std::string& option, const std::vect
   return arguments;
 }
 
-std::optional<Scene> scene_of(const std::string& path, std::vector<std::string>& warnings) {
-  try {
-    return load_scene(path);
-  } catch (const SceneError& e) {
-    warnings.push_back(fmt::format("no texture coordinates: {}", e.what()));
-    return std::nullopt;
-  }
-}
-
 }  // namespace
 
-std::vector<std::string> texture_arguments(const std::filesystem::path& run_folder,
+std::vector<std::string> texture_arguments(const std::filesystem::path& run_folder, bool of_bodies,
                                            std::vector<std::string>& warnings) {
   const std::string path = (run_folder / "scene.yaml").string();
-  const std::optional<Scene> scene = scene_of(path, warnings);
-  if (!scene) return {};
-  std::vector<MeshFile> files;
-  for (const ClothScene& cloth : scene->cloths) files.push_back({"cloth " + cloth.name, cloth.file});
-  return arguments_of("--texture", files, path, warnings);
-}
-
-std::vector<std::string> body_texture_arguments(const std::filesystem::path& run_folder,
-                                                std::vector<std::string>& warnings) {
-  const std::string path = (run_folder / "scene.yaml").string();
-  const std::optional<Scene> scene = scene_of(path, warnings);
-  if (!scene) return {};
-  std::vector<MeshFile> files;
-  for (std::size_t b = 0; b < scene->bodies.size(); ++b)
-    files.push_back({fmt::format("body {}", b), scene->bodies[b].file});
-  return arguments_of("--body-texture", files, path, warnings);
+  Scene scene;
+  try {
+    scene = load_scene(path);
+  } catch (const SceneError& e) {
+    warnings.push_back(fmt::format("no texture coordinates: {}", e.what()));
+    return {};
+  }
+  std::vector<MeshFile> cloths, bodies;
+  for (const ClothScene& cloth : scene.cloths) cloths.push_back({"cloth " + cloth.name, cloth.file});
+  if (of_bodies)
+    for (const BodyScene& body : scene.bodies) bodies.push_back({fmt::format("body {}", bodies.size()), body.file});
+  std::vector<std::string> arguments = arguments_of("--texture", cloths, path, warnings);
+  for (std::string& word : arguments_of("--body-texture", bodies, path, warnings)) arguments.push_back(std::move(word));
+  return arguments;
 }
 
 }  // namespace drench

@@ -7,12 +7,10 @@
 
 namespace drench {
 
-/// What write_usd.py takes of the cloths that have texture coordinates: `--texture=CLOTH:DESCRIPTOR` of an open file
-/// without a name, which holds u and v of each triangle's corners as floats. Mesh files that cannot be read give a
-/// warning, a line each.
-std::vector<std::string> texture_arguments(const std::filesystem::path& run_folder, std::vector<std::string>& warnings);
-/// The same of the bodies, as `--body-texture=BODY:DESCRIPTOR`.
-std::vector<std::string> body_texture_arguments(const std::filesystem::path& run_folder,
-                                                std::vector<std::string>& warnings);
+/// What write_usd.py takes of cloths that have texture coordinates, and of bodies if asked for:
+/// `--texture=CLOTH:DESCRIPTOR` and `--body-texture=BODY:DESCRIPTOR` of an open file without a name, which holds u and
+/// v of each triangle's corners as floats. Mesh files that cannot be read give a warning, a line each.
+std::vector<std::string> texture_arguments(const std::filesystem::path& run_folder, bool of_bodies,
+                                           std::vector<std::string>& warnings);
 
 }  // namespace drench

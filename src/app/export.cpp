@@ -131,12 +131,13 @@ int export_particles(const ExportOptions& options) {
   if (options.wet_maps || options.wet_textures) words.push_back("--wet-maps");
   if (options.wet_textures) words.push_back(fmt::format("--wet-textures={}", *options.wet_textures));
   std::vector<std::string> warnings;
-  if (scene.mesh_files)
-    for (std::string& word : texture_arguments(folder, warnings)) words.push_back(std::move(word));
-  const std::size_t without = words.size();
-  if (options.wet_textures)
-    for (std::string& word : body_texture_arguments(folder, warnings)) words.push_back(std::move(word));
-  if (options.wet_textures && words.size() == without)
+  bool body_texture = false;
+  if (scene.mesh_files || options.wet_textures)
+    for (std::string& word : texture_arguments(folder, options.wet_textures.has_value(), warnings)) {
+      body_texture |= word.starts_with("--body-texture");
+      words.push_back(std::move(word));
+    }
+  if (options.wet_textures && !body_texture)
     throw ExportError("--wet-textures: no body has a mesh file with texture coordinates (vt in .obj)");
   for (const std::string& line : warnings) warn(line);
   become_python("write_usd.py", words);

@@ -114,6 +114,12 @@ class Surface:
         return 36 * len(points) + 4 * len(corners)
 
 
+def set_texture(prim, coordinates):
+    """`coordinates`: u and v of each corner of the faces."""
+    kind, corners = Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
+    UsdGeom.PrimvarsAPI(prim).CreatePrimvar("st", kind, corners).Set(Vt.Vec2fArray.FromNumpy(coordinates))
+
+
 class Cloth:
     """One of the cloths: the points and triangles of the frames that are its own."""
 
@@ -135,8 +141,7 @@ class Cloth:
 
     def set_texture(self, coordinates):
         """`coordinates`: u and v of each corner of the triangles; a seam's corners differ at one point."""
-        kind, corners = Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
-        UsdGeom.PrimvarsAPI(self.prim).CreatePrimvar("st", kind, corners).Set(Vt.Vec2fArray.FromNumpy(coordinates))
+        set_texture(self.prim, coordinates)
 
     def write(self, code, frame):
         points, saturation = frame.read("Points")[self.nodes], frame.read("saturation")[self.nodes]
@@ -193,8 +198,7 @@ class Body:
             return
         all_corners = np.zeros((len(self.corners), 2), np.float32)
         all_corners[:len(coordinates)] = coordinates
-        kind, corners = Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
-        UsdGeom.PrimvarsAPI(self.prim).CreatePrimvar("st", kind, corners).Set(Vt.Vec2fArray.FromNumpy(all_corners))
+        set_texture(self.prim, all_corners)
 
     def write_wetness(self, code, particles, since):
         """What the liquid of this frame makes of its points (wet_maps.py)."""

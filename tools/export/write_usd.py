@@ -126,7 +126,7 @@ class Images:
     """Wet maps in the texture coordinates of bodies, a file for each body and frame."""
 
     def __init__(self, folder, size, coordinates):
-        self.folder, self.size, self.coordinates, self.textures, self.count = folder, size, coordinates, {}, 0
+        self.folder, self.size, self.coordinates, self.textures, self.written = folder, size, coordinates, {}, set()
 
     def write(self, index, body, code):
         if index not in self.coordinates or body.map is None:
@@ -137,10 +137,11 @@ class Images:
         if texture is None:
             return
         self.folder.mkdir(parents=True, exist_ok=True)
-        write_exr(self.folder / f"body_{index}.{round(code):04}.exr",
+        path = self.folder / f"body_{index}.{round(code):04}.exr"  # of two frames at one picture, the later one
+        write_exr(path,
                   {"R": texture.image(body.map.contact), "G": texture.image(body.map.film),
                    "B": (texture.source >= 0).astype(np.float32)})
-        self.count += 1
+        self.written.add(path)
 
     def _texture(self, index, body):
         coordinates = self.coordinates[index]
@@ -154,7 +155,7 @@ class Images:
         return texture
 
     def summary(self):
-        return f"; {self.count} images of {self.size} × {self.size} pixels in {self.folder}"
+        return f"; {len(self.written)} images of {self.size} × {self.size} pixels in {self.folder}"
 
 
 def time_code(time, rate):
