@@ -19,8 +19,7 @@ namespace {
 constexpr int tried_steps = 10;
 
 /// A step that fails counts as one that does not converge.
-/// Ends with the first step that does not converge or fails:
-/// such a step takes the longest.
+/// Ends with the first step that does not converge or fails: such a step takes the longest.
 bool first_steps_converge(const Scene& scene) {
   const Setup setup = build(scene, memory_budget());
   const std::unique_ptr<Backend> backend = make_kokkos_backend_on(nullptr, setup.model);

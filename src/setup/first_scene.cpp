@@ -296,11 +296,10 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
   };
   if (converges(step, bend)) return;
   // Where even the extremes fail, nothing between them is tried: a trial that fails takes the longest.
-  double shortest = step / 2;
+  double shortest = step;
   while (shortest / 2 >= shortest_step) shortest /= 2;
-  shortest = std::max(shortest, std::min(step, shortest_step));
   bool found = false;
-  if (converges(shortest, bend)) {
+  if (shortest < step && converges(shortest, bend)) {
     for (double half = step / 2; half > shortest && !found; half /= 2) found = converges(half, bend);
     if (!found) s.step = shortest;
     found = true;
@@ -312,10 +311,10 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
   if (!found) {
     s.step = step;
     s.bend = bend;
-    warnings.push_back(
-        fmt::format("the first steps of the cloth do not converge at any time step; use a mesh with more regular "
-                    "triangles{}",
-                    s.body.empty() ? "" : ", or place it so that it does not intersect the body"));
+    warnings.push_back(fmt::format(
+        "the first steps of the cloth do not converge, not even with a time.step of {:g} s or without bending "
+        "stiffness; use a mesh with more regular triangles{}",
+        shortest, s.body.empty() ? "" : ", or place it so that it does not intersect the body"));
     return;
   }
   s.found.push_back(

@@ -189,7 +189,7 @@ class Relaxation {
   std::optional<Near> near_;
   std::vector<Constraint> constraint_;
   std::vector<std::uint8_t> changed_;  // has moved in the last round, or is near one that has
-  int threads_ = host_threads();
+  int threads_ = std::min(host_threads(), static_cast<int>(1 + moving_ / 1000));  // fewer take longer to start
 };
 
 }  // namespace
