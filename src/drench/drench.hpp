@@ -215,14 +215,16 @@ struct Stepped {
   StepReport report;         ///< of its step; empty if the run could not go on
   std::exception_ptr error;  ///< what Simulation::step() threw; null if it threw nothing
 };
-/// One step of each of several independent runs, side by side: each has the bits that it has alone. Every
-/// thread takes the next run that waits, so that n runs on n cores take as long as one run on one core. On a GPU each
-/// run has a stream of its own.
+/// One step of each of several independent runs, side by side: each has the bits that it has alone. Every thread takes
+/// the next run that waits, so that n runs on n cores take as long as one run on one core. On a GPU each run has a
+/// stream of its own.
 /// @param runs each of them once, none over ranks
 /// @param longest for each run: its step is not longer than this, s
+/// @param threads the number of runs that compute at a time; 0: runs_at_a_time()
 /// @returns what became of each. Those that fail do not keep the others from their step
 /// @throws std::invalid_argument for another number of `longest`, a length that is not above 0, or a run that is named
 ///   twice
-std::vector<Stepped> step_together(const std::vector<Simulation*>& runs, const std::vector<double>& longest);
+std::vector<Stepped> step_together(const std::vector<Simulation*>& runs, const std::vector<double>& longest,
+                                   int threads = 0);
 
 }  // namespace drench

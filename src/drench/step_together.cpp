@@ -33,17 +33,18 @@ void require_valid(const std::vector<Simulation*>& runs, const std::vector<doubl
 
 }  // namespace
 
-std::vector<Stepped> step_together(const std::vector<Simulation*>& runs, const std::vector<double>& longest) {
+std::vector<Stepped> step_together(const std::vector<Simulation*>& runs, const std::vector<double>& longest,
+                                   int threads) {
   require_valid(runs, longest);
   std::vector<Stepped> results(runs.size());
-  const int workers = std::min(runs_at_a_time(), static_cast<int>(runs.size()));
+  const int workers = std::min(threads > 0 ? threads : runs_at_a_time(), static_cast<int>(runs.size()));
   if (workers <= 1) {
     for (std::size_t k = 0; k < runs.size(); ++k) results[k] = stepped(*runs[k], longest[k]);
     return results;
   }
   std::atomic<std::size_t> next{0};
-  const auto work = [&, threads = shared_loops()] {
-    const OwnLoops loops(threads / workers);
+  const auto work = [&, shared = shared_loops()] {
+    const OwnLoops loops(shared / workers);
     for (std::size_t k = next++; k < runs.size(); k = next++) results[k] = stepped(*runs[k], longest[k]);
   };
   {

@@ -80,7 +80,7 @@ TEST(runs_together, have_the_bits_that_they_have_alone) {
     }
   const std::vector<double> longest(runs.size(), 1.0);
   for (int k = 0; k < steps; ++k)
-    for (const Stepped& result : step_together(pointers(runs), longest)) {
+    for (const Stepped& result : step_together(pointers(runs), longest, 3)) {
       EXPECT_EQ(result.error, nullptr);
       EXPECT_EQ(result.report.step, k + 1);
     }
@@ -116,7 +116,7 @@ bodies:
   std::vector<Stepped> results;
   int k = 0;
   for (bool failed = false; k < 50 && !failed; ++k) {
-    results = step_together(pointers(runs), {0.002, 1, 0.002});
+    results = step_together(pointers(runs), {0.002, 1, 0.002}, 2);
     failed = results[1].error != nullptr;
   }
   ASSERT_NE(results[1].error, nullptr);
