@@ -23,6 +23,6 @@ for _error in (Error, BatchError, CheckpointError, DeviceError, RunFailure, Scen
 #: The folder of the scenes that come with drench.
 scenes = Path(__file__).parent / "scenes"
 
-__all__ = ["Batch", "BatchError", "Bodies", "Body", "CheckpointError", "DeviceError", "Error", "FieldView", "Frame", "Recording", "RunFailure", "Scene",
-           "SceneError", "SetupError", "Simulation", "StaleView", "Step", "__version__", "info", "precision", "scenes",
+__all__ = ["Batch", "BatchError", "Bodies", "Body", "CheckpointError", "DeviceError", "Error", "FieldView", "Frame", "Recording",
+           "RunFailure", "Scene", "SceneError", "SetupError", "Simulation", "StaleView", "Step", "__version__", "info", "precision", "scenes",
            "schema", "set_threads", "Wrench", "write_picture", "write_report"]

@@ -10,8 +10,8 @@
 //         `cloth_solver`.
 // Writes: fluid_velocity, node_velocity, body velocities (m/s, rad/s), node_pin_force (N), fluid_kappa_density
 //         (m²/s²); StepReport::density_iterations, density_error, density_error_max (1), density_converged, cloth_*.
-// Errors: none. A solve that ends at max_iterations, or because the cloth's residual no longer falls, is reported as not converged; pipeline/failure.hpp knows a
-//         collapse.
+// Errors: none. A solve that ends at max_iterations, or because the cloth's residual no longer falls, is reported as not
+//         converged; pipeline/failure.hpp knows a collapse.
 
 #include <algorithm>
 #include <limits>
