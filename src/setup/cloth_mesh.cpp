@@ -22,6 +22,7 @@
 #include "setup/plate.hpp"
 #include "setup/setup_error.hpp"
 #include "setup/sewing.hpp"
+#include "setup/sheets.hpp"
 #include "setup/weld.hpp"
 
 namespace drench {
@@ -45,6 +46,33 @@ struct PlacedMesh {
   SurfaceMesh mesh;
   Weld weld;
 };
+
+std::vector<Index> own_numbers(const SurfaceMesh& mesh) {
+  std::vector<Index> numbers(mesh.points.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
+}
+
+/// Separates sheets that share an edge, and sews seams of doubled points.
+void sew_sheets(PlacedMesh& placed, const ClothScene& cloth, SetupLines& lines) {
+  SurfaceMesh& mesh = placed.mesh;
+  Weld& weld = placed.weld;
+  SheetSplit split = split_sheets(mesh);
+  if (split.found()) lines.warnings.push_back(cloth_label(cloth.name) + ": " + split.text());
+  if (cloth.weld != 0) {
+    weld = weld_boundary(mesh, cloth.weld, split.held);
+    if (weld.found()) lines.notes.push_back(cloth_label(cloth.name) + ": " + weld.text());
+  } else {
+    weld.node = own_numbers(mesh);
+  }
+  for (const auto& [a, b] : split.held) {
+    const Index n = weld.node[at(a)], m = weld.node[at(b)];
+    if (n != m) weld.held.push_back({std::min(n, m), std::max(n, m)});
+  }
+  std::sort(weld.held.begin(), weld.held.end());
+  weld.held.erase(std::unique(weld.held.begin(), weld.held.end()), weld.held.end());
+  weld.copy_of = std::move(split.copy_of);
+}
 
 /// Removes slivers, and renumbers the nodes of the file's points and of the stitches.
 void clean(PlacedMesh& placed, const ClothScene& cloth, SetupLines& lines) {
@@ -73,13 +101,11 @@ PlacedMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path, S
   }
   rotation_of(cloth);  // refuses an axis without length
   file_place(cloth)(mesh.points);
-  if (!cloth.grid && cloth.weld != 0) {
-    placed.weld = weld_boundary(mesh, cloth.weld);
-    if (placed.weld.found()) lines.notes.push_back(label + ": " + placed.weld.text());
-  } else {
-    placed.weld.node.resize(mesh.points.size());
-    std::iota(placed.weld.node.begin(), placed.weld.node.end(), 0);
-  }
+  check_points(mesh.points, label);
+  if (cloth.grid)
+    placed.weld.node = own_numbers(mesh);
+  else
+    sew_sheets(placed, cloth, lines);
   if (!cloth.grid && cloth.clean != 0) clean(placed, cloth, lines);
   check_mesh(mesh, cloth.grid ? label : label + " (" + cloth.file + ")", cloth_min_area_ratio);
   if (!cloth.grid)
@@ -99,7 +125,6 @@ Pins pinned_nodes(const ClothScene& cloth, const PlacedMesh& placed, const std::
                   std::vector<std::string>& warnings) {
   const std::string label = cloth_label(cloth.name);
   const SurfaceMesh& mesh = placed.mesh;
-  const std::vector<Index>& node_of_point = placed.weld.node;
   Pins pins{std::vector<std::uint8_t>(mesh.points.size(), cloth.dynamics ? 0 : 1),
             std::vector<Index>(mesh.points.size(), -1)};
   Index entry = -1;
@@ -136,11 +161,11 @@ Pins pinned_nodes(const ClothScene& cloth, const PlacedMesh& placed, const std::
         break;
       case PinScene::Kind::nodes:
         for (const Index i : p.nodes) {
-          if (i < 0 || i >= static_cast<Index>(node_of_point.size())) {
+          if (i < 0 || at(i) >= placed.weld.file_points()) {
             throw SetupError(
-                fmt::format("{}: pin: there is no node {}; allowed: 0 to {}", label, i, node_of_point.size() - 1));
+                fmt::format("{}: pin: there is no node {}; allowed: 0 to {}", label, i, placed.weld.file_points() - 1));
           }
-          pin(node_of_point[static_cast<std::size_t>(i)]);
+          pin(placed.weld.node[at(i)]);
           any = true;
         }
         break;
@@ -158,8 +183,7 @@ void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins, c
   for (std::size_t entry = 0; entry < cloth.pins.size(); ++entry) {
     const PinScene& p = cloth.pins[entry];
     if (p.sequence.files.empty()) continue;
-    const auto paths =
-        node_paths(p.sequence, model.scene.path, rest, weld.node, file_place(cloth), cloth_label(cloth.name));
+    const auto paths = node_paths(p.sequence, model.scene.path, rest, weld, file_place(cloth), cloth_label(cloth.name));
     for (std::size_t n = 0; n < rest.size(); ++n) {
       if (pins.entry[n] != static_cast<Index>(entry)) continue;
       model.mesh.pin_motion[first + n] = static_cast<Index>(model.pin_motions.size());

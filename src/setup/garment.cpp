@@ -11,6 +11,7 @@
 #include "setup/file_place.hpp"
 #include "setup/mesh_clean.hpp"
 #include "setup/setup_error.hpp"
+#include "setup/sheets.hpp"
 #include "setup/weld.hpp"
 
 namespace drench {
@@ -37,7 +38,8 @@ void judge_unit(Garment& garment, const std::string& label, double size) {
 
 void place(Garment& garment, bool on_body) {
   FilePlace{metres_in(garment.guess.unit) * upright(garment.guess.up), Vector3d::Zero()}(garment.mesh.points);
-  weld_boundary(garment.mesh, weld_automatically);
+  const SheetSplit split = split_sheets(garment.mesh);
+  weld_boundary(garment.mesh, weld_automatically, split.held);
   clean_mesh(garment.mesh, clean_automatically);
   const Box box = bounds_of(garment.mesh.points);
   const double size = longest_side(box);
@@ -70,12 +72,13 @@ void measure_triangles(Garment& garment) {
 }  // namespace
 
 Garment measure_garment(SurfaceMesh mesh, const std::string& label, const MeshGuess& guess, bool on_body) {
-  check_mesh(mesh, label, cloth_min_area_ratio);
+  check_points(mesh.points, label);
   Garment garment;
   garment.mesh = std::move(mesh);
   garment.guess = guess;
   judge_unit(garment, label, longest_side(bounds_of(garment.mesh.points)));
   place(garment, on_body);
+  check_mesh(garment.mesh, label, cloth_min_area_ratio);
   measure_triangles(garment);
   return garment;
 }

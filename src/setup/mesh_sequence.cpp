@@ -84,8 +84,8 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
 }
 
 std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::string& scene_path,
-                                    const std::vector<Vec3>& rest, const std::vector<Index>& node_of_point,
-                                    const FilePlace& place, const std::string& name) {
+                                    const std::vector<Vec3>& rest, const Weld& weld, const FilePlace& place,
+                                    const std::string& name) {
   const double size = size_of(columns(rest));
   const MeshSequenceReader reader(sequence.files.front(), scene_path);
   std::vector<std::vector<Key<Vec3>>> keys(rest.size());
@@ -93,12 +93,13 @@ std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::st
   for (std::size_t k = 0; k < sequence.files.size(); ++k) {
     const std::string label = fmt::format("{}: pin ({})", name, short_name(sequence.files[k]));
     std::vector<Vec3> points = k == 0 ? reader.first().points : reader.read(sequence.files[k]).points;
-    if (points.size() != node_of_point.size())
+    if (points.size() != weld.file_points())
       throw SetupError(fmt::format("{}: it has {} points and the cloth has {}; allowed: the same number", label,
-                                   points.size(), node_of_point.size()));
+                                   points.size(), weld.file_points()));
+    for (const Index p : weld.copy_of) points.push_back(points[at(p)]);
     std::size_t nodes = 0;
     for (std::size_t p = 0; p < points.size(); ++p)  // the first point of each node
-      if (static_cast<std::size_t>(node_of_point[p]) == nodes) points[nodes++] = points[p];
+      if (at(weld.node[p]) == nodes) points[nodes++] = points[p];
     points.resize(nodes);
     place(points);
     if (k == 0) {

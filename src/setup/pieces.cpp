@@ -71,6 +71,23 @@ std::string text_of(const ClothPiece& piece, std::size_t number) {
                      side(2), pins);
 }
 
+namespace {
+
+/// Of pieces that nothing holds.
+std::string warning_of(const std::vector<std::size_t>& loose, std::size_t pieces) {
+  const bool one = loose.size() == 1;
+  const std::size_t listed = std::min(loose.size(), most_listed);
+  return fmt::format(
+      "nothing holds piece{} {}{} of {}: {} no pin, no seam to another piece and no body below {}, and {}; sew {} "
+      "(weld, sew), pin {}, or put a body under {}",
+      one ? "" : "s", fmt::join(loose.begin(), loose.begin() + static_cast<std::ptrdiff_t>(listed), ", "),
+      listed < loose.size() ? fmt::format(" and {} more", loose.size() - listed) : "", pieces,
+      one ? "it has" : "they have", one ? "it" : "them", one ? "falls" : "fall", one ? "it" : "them",
+      one ? "it" : "them", one ? "it" : "them");
+}
+
+}  // namespace
+
 void list_pieces(const Model& model, std::vector<std::string>& notes, std::vector<std::string>& warnings) {
   const std::vector<ClothPiece> all = pieces_of(model);
   for (std::size_t c = 0; c < model.cloths.size(); ++c) {
@@ -84,15 +101,11 @@ void list_pieces(const Model& model, std::vector<std::string>& notes, std::vecto
       notes.push_back(fmt::format("{}: {}", label, text_of(pieces[k], k)));
     if (pieces.size() > most_listed)
       notes.push_back(fmt::format("{}: and {} more pieces", label, pieces.size() - most_listed));
-    const auto loose = std::count_if(pieces.begin(), pieces.end(), [](const ClothPiece& p) { return !p.held; });
-    if (loose == 0 || loose == static_cast<std::ptrdiff_t>(pieces.size()))
-      continue;  // of all of it plan_warnings tells
-    for (std::size_t k = 0; k < pieces.size() && k < most_listed; ++k)
-      if (!pieces[k].held)
-        warnings.push_back(
-            fmt::format("{}: nothing holds piece {} of {}: it has no pin, no seam to another piece and no body "
-                        "below it, and falls; sew it (weld, sew), pin it, or put a body under it",
-                        label, k, pieces.size()));
+    std::vector<std::size_t> loose;
+    for (std::size_t k = 0; k < pieces.size(); ++k)
+      if (!pieces[k].held) loose.push_back(k);
+    if (loose.empty() || loose.size() == pieces.size()) continue;  // plan_warnings has a line for all of it
+    warnings.push_back(label + ": " + warning_of(loose, pieces.size()));
   }
 }
 

@@ -102,9 +102,9 @@ Pairs read_pairs(const std::string& path, const std::string& label) {
 Pairs nodes_of(Pairs pairs, const Weld& weld, const std::string& label) {
   for (auto& pair : pairs)
     for (Index& n : pair) {
-      if (n < 0 || at(n) >= weld.node.size())
+      if (n < 0 || at(n) >= weld.file_points())
         throw SetupError(
-            fmt::format("{}: sew: there is no point {}; allowed: 0 to {}", label, n, weld.node.size() - 1));
+            fmt::format("{}: sew: there is no point {}; allowed: 0 to {}", label, n, weld.file_points() - 1));
       n = weld.node[at(n)];
     }
   return pairs;

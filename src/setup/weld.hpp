@@ -11,12 +11,14 @@ namespace drench {
 
 /// What the mesh file's points have become.
 struct Weld {
-  std::vector<Index> node;                 // of each point of the file
+  std::vector<Index> node;                 // of each point of the file, and then of each copy
+  std::vector<Index> copy_of;              // the file's point of each copy (setup/sheets.hpp)
   Index merged = 0;                        // pairs of points that have become one node
   std::vector<std::array<Index, 2>> held;  // pairs of nodes that lie together and would make an edge of three triangles
   Index layers = 0;                        // pairs left alone for their sheets lie on each other
   Index refused = 0;                       // pairs left alone for a triangle would lose its area or an edge its length
 
+  std::size_t file_points() const { return node.size() - copy_of.size(); }
   bool found() const { return merged > 0 || !held.empty() || layers > 0 || refused > 0; }
   /// One line about it.
   std::string text() const;
@@ -25,7 +27,7 @@ struct Weld {
 /// Merges boundary points of `mesh` that are at most `distance` (m) apart; weld_automatically: a thousandth of the
 /// shortest edges at the two points. Never two of one triangle. Sheets that lie on each other are left alone unless
 /// there is a distance. A node has the place of its first point, and the nodes keep the order of these; texture and
-/// groups stay as they are.
-Weld weld_boundary(SurfaceMesh& mesh, double distance);
+/// groups stay as they are. `apart`: pairs that are left alone, sorted.
+Weld weld_boundary(SurfaceMesh& mesh, double distance, const std::vector<std::array<Index, 2>>& apart = {});
 
 }  // namespace drench
