@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double largest_in_metres = 5, largest_in_centimetres = 300;  // a curtain; a garment of 3 m
 constexpr double flat = 0.1, taller = 1.2;                             // of the longest side; of the other side
+constexpr double rare_unit = 0.6;                                      // misfit up to which inches are believed
 constexpr double centred = 0.2, grounded = 0.3;  // the middle's distance from the origin over the side's length
 
 Vector3d sides_of(const Box& box) { return to_eigen(box.max) - to_eigen(box.min); }
@@ -59,14 +60,20 @@ void guess_up(const Box& box, MeshGuess& guess) {
 double misfit(const Box& garment, const Box& body) {
   const Vector3d side = sides_of(body);
   const double size = side.maxCoeff();
-  double sum = (middle_of(garment) - middle_of(body)).cwiseQuotient(side.cwiseMax(0.2 * size)).cwiseAbs().sum();
+  const Vector3d apart = (middle_of(garment) - middle_of(body)).cwiseQuotient(side.cwiseMax(0.2 * size));
+  double sum = apart.cwiseAbs().cwiseMin(1.0).sum();
   const double ratio = sides_of(garment).maxCoeff() / size;
   sum += std::max(0.0, std::log(ratio / 1.3)) * 3 + std::max(0.0, std::log(0.15 / ratio)) * 3;
-  const double depth = sides_of(garment)[2] / side[2];
+  const double depth = std::max(sides_of(garment)[2], 0.01 * sides_of(garment).maxCoeff()) / side[2];
   sum += std::max(0.0, std::log(0.6 / depth));  // it goes around the body
   const double beyond = (to_eigen(body.min) - to_eigen(garment.min)).cwiseMax(0.0).sum() +
                         (to_eigen(garment.max) - to_eigen(body.max)).cwiseMax(0.0).sum();
-  return sum + beyond / size;
+  return sum + std::min(1.0, beyond / size);  // the ratio above counts what is larger still
+}
+
+/// How much too small a cloth is, whatever it lies on: 0 from 15 cm on.
+double dwarfish(const Box& file_box, const MeshGuess& guess) {
+  return 1.5 * std::max(0.0, std::log(0.15 / sides_of(upright_box(file_box, guess)).maxCoeff()));
 }
 
 }  // namespace
@@ -97,15 +104,19 @@ MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const Mesh
   const Box around = upright_box(body_file_box, body);
   const MeshGuess alike{body.unit, body.up, body.unit == LengthUnit::m ? "" : "as the body",
                         body.up == UpAxis::y ? "" : "as the body"};
+  const bool sheet = sides_of(file_box).minCoeff() < 0.01 * sides_of(file_box).maxCoeff();
   MeshGuess best = alike;
-  double least = misfit(upright_box(file_box, best), around) - 0.2;  // files of one pair are likely alike
+  double least = misfit(upright_box(file_box, best), around) + dwarfish(file_box, best) -
+                 0.2;  // files of one pair are likely alike
   for (const LengthUnit unit : {LengthUnit::m, LengthUnit::cm, LengthUnit::mm, LengthUnit::inch})
     for (const UpAxis up : {UpAxis::y, UpAxis::z, UpAxis::x}) {
       const MeshGuess guess{unit, up, unit == body.unit ? alike.unit_reason : "then it fits the body",
                             up == body.up ? alike.up_reason : "then it fits the body"};
-      const double off = misfit(upright_box(file_box, guess), around) + (up == UpAxis::x ? 0.1 : 0) +
-                         (unit == LengthUnit::inch ? 0.1 : 0);
-      if (off >= least) continue;
+      if (sheet && up != body.up) continue;  // it fits around nothing
+      const bool inch = unit == LengthUnit::inch;
+      const double off = misfit(upright_box(file_box, guess), around) + dwarfish(file_box, guess) +
+                         (up == UpAxis::x ? 0.1 : 0) + (inch ? 0.1 : 0);
+      if (off >= least || (inch && off > rare_unit)) continue;
       least = off;
       best = guess;
     }

@@ -99,7 +99,8 @@ std::vector<std::array<Index, 3>> separated(const SurfaceMesh& mesh, const Joine
 }
 
 /// Ends the joins of triangles that still crowd an edge, but for the join across it. False if there are none.
-bool cut_loose(const SurfaceMesh& mesh, const std::vector<std::array<Index, 3>>& triangles, std::vector<Index>& partner) {
+bool cut_loose(const SurfaceMesh& mesh, const std::vector<std::array<Index, 3>>& triangles,
+               std::vector<Index>& partner) {
   std::vector<Index> place(mesh.points.size() + 3 * triangles.size());
   std::iota(place.begin(), place.end(), Index{0});
   bool any = false;
@@ -127,12 +128,13 @@ std::string SheetSplit::text() const {
   std::string line;
   if (repeated > 0)
     line = fmt::format(
-        "{} triangles of the mesh repeat an earlier one and are omitted, the first with points {}, {} and {}", repeated,
+        "triangles of the mesh that repeat an earlier one are omitted: {}, the first with points {}, {}, {}", repeated,
         first_repeated[0], first_repeated[1], first_repeated[2]);
   if (edges > 0)
-    line += fmt::format("{}{} edges of the mesh have more than two triangles: the sheets there are held together by {} "
-                        "stitches and bend freely against each other",
-                        repeated > 0 ? "; " : "", edges, held.size());
+    line += fmt::format(
+        "{}edges of the mesh with more than two triangles: {}; the sheets there are held together by "
+        "stitches ({}) and bend freely against each other",
+        repeated > 0 ? "; " : "", edges, held.size());
   return line;
 }
 
@@ -155,8 +157,8 @@ SheetSplit split_sheets(SurfaceMesh& mesh) {
     }
   }
   if (split.edges == 0) return split;
-  // Where fans of triangles go from sheet to sheet about both ends of an edge, it is as crowded as before: the triangles
-  // beyond the first two are then cut loose from their other neighbours too.
+  // Where fans of triangles go from sheet to sheet about both ends of an edge, it is as crowded as before: the
+  // triangles beyond the first two are then cut loose from their other neighbours too.
   std::vector<std::array<Index, 3>> triangles;
   do triangles = separated(mesh, joined(mesh, partner), crowded, split);
   while (cut_loose(mesh, triangles, partner));

@@ -11,10 +11,10 @@ namespace drench {
 
 /// What has been done to a mesh.
 struct SheetSplit {
-  Index repeated = 0;                     // triangles with the same three points as an earlier one, which are omitted
-  std::array<Index, 3> first_repeated{};  // points of the first of them
-  Index edges = 0;                        // with more than two triangles
-  std::vector<Index> copy_of;             // of each point that was appended, the one whose place it has
+  Index repeated = 0;                      // triangles with the same three points as an earlier one, which are omitted
+  std::array<Index, 3> first_repeated{};   // points of the first of them
+  Index edges = 0;                         // with more than two triangles
+  std::vector<Index> copy_of;              // of each point that was appended, the one whose place it has
   std::vector<std::array<Index, 2>> held;  // pairs of points that were one, sorted
 
   bool found() const { return repeated > 0 || edges > 0; }

@@ -325,5 +325,14 @@ TEST(MeshGuess, FitsAGarmentToItsBody) {
   EXPECT_EQ(guess_beside(scaled(z_up, 100), person_z, other).unit, LengthUnit::cm);
 }
 
+/// A thing that no garment fits: the cloth keeps a size that cloth has.
+TEST(MeshGuess, ClothOnSmallThingsIsNoDwarf) {
+  const Box duck{{-136, -79, -177}, {136, 219, 177}}, worm{{-0.6, 0, -2.8}, {0.64, 1.04, 2.3}};
+  const Box sheet{{-1, 0, -1}, {1, 0, 1}}, sock{{-0.05, 0.01, -0.15}, {0.08, 0.33, 0.14}}, flag{{0, 0, 0}, {3, 2, 0}};
+  EXPECT_EQ(guess_beside(sheet, duck, guess_of(duck)).unit, LengthUnit::m);
+  EXPECT_EQ(guess_beside(sock, worm, guess_of(worm)).unit, LengthUnit::m);
+  EXPECT_EQ(guess_beside(flag, duck, guess_of(duck)).up, guess_of(duck).up) << "a sheet fits around nothing";
+}
+
 }  // namespace
 }  // namespace drench::testing

@@ -139,7 +139,7 @@ class Sheets : public MeshFolder {
 TEST_F(Sheets, ThreeSheetsAtASeamStayTogether) {
   for (const char* keys : {"", "    weld: off\n", "    weld: 1.0e-4\n"}) {
     const drench::Setup setup = set_up(book(3, 3, 4), keys);
-    EXPECT_TRUE(any_has(setup.warnings, "4 edges of the mesh have more than two triangles")) << keys;
+    EXPECT_TRUE(any_has(setup.warnings, "edges of the mesh with more than two triangles: 4")) << keys;
     EXPECT_EQ(setup.model.mesh.stitch.size(), 5U) << keys;
     EXPECT_EQ(pieces_of(setup.model).size(), 1U) << keys;
   }
@@ -153,7 +153,7 @@ TEST_F(Sheets, TwoSidedMeshesAreReadAsOneSheet) {
     mesh.triangles.push_back({mesh.triangles[t][0], mesh.triangles[t][2], mesh.triangles[t][1]});
   const drench::Setup setup = set_up(mesh);
   EXPECT_EQ(setup.model.mesh.triangles(), static_cast<Index>(count));
-  EXPECT_TRUE(any_has(setup.warnings, "48 triangles of the mesh repeat an earlier one"));
+  EXPECT_TRUE(any_has(setup.warnings, "triangles of the mesh that repeat an earlier one are omitted: 48"));
   EXPECT_FALSE(setup.model.has_stitches());
 }
 
@@ -162,8 +162,9 @@ TEST_F(Sheets, CopiesAreNoPointsOfTheFile) {
   const SurfaceMesh mesh = book(3, 3, 4);
   const Index last = static_cast<Index>(mesh.points.size()) - 1;
   EXPECT_NO_THROW(set_up(mesh, "    pin: [{nodes: [" + std::to_string(last) + "]}]\n"));
-  EXPECT_NE(refusal_of([&] { set_up(mesh, "    pin: [{nodes: [" + std::to_string(last + 1) + "]}]\n"); })
-                .find("allowed: 0 to " + std::to_string(last)),
+  EXPECT_NE(refusal_of([&] {
+              set_up(mesh, "    pin: [{nodes: [" + std::to_string(last + 1) + "]}]\n");
+            }).find("allowed: 0 to " + std::to_string(last)),
             std::string::npos);
 }
 
