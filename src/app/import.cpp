@@ -37,7 +37,7 @@ Reader reader_of(const std::string& file) {
   if (!std::filesystem::is_regular_file(file, ignored)) throw ExportError(fmt::format("{}: no such file", file));
   if (has_ending(file, blender_endings)) return {"read_blender.py", blender_python};
   if (has_ending(file, scene_endings))
-    return {ending_of(file) == ".xml" ? "read_libwetcloth.py" : "read_splishsplash.py", any_python};
+    return {ending_of(file) == ".xml" ? "read_libwetcloth.py" : "read_json.py", any_python};
   return {"read_usd.py", usd_python};
 }
 

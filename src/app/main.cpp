@@ -163,10 +163,10 @@ void add_export_options(CLI::App& command, drench::ExportOptions& options) {
 
 void add_import_options(CLI::App& command, drench::ImportOptions& options) {
   command
-      .add_option(
-          "FILE", options.file,
-          "a USD file (.usd, .usda, .usdc, .usdz), one that Blender reads (.fbx, .gltf, .glb, .abc, .blend), or a "
-          "scene of libWetCloth (.xml) or SPlisHSPlasH (.json)")
+      .add_option("FILE", options.file,
+                  "a USD file (.usd, .usda, .usdc, .usdz), one that Blender reads (.fbx, .gltf, .glb, .abc, .blend), a "
+                  "scene of "
+                  "libWetCloth (.xml) or SPlisHSPlasH (.json), or a material of ARCSim (.json)")
       ->required();
   command.add_option("--prim", options.prim,
                      "the mesh, or an object that contains only this mesh (default: the only mesh)");

@@ -1,5 +1,6 @@
 #!/usr/bin/python3 -I
-"""import_scenes_test.py SOURCE BUILD: `drench import` reads scenes of libWetCloth (.xml) and SPlisHSPlasH (.json).
+"""import_scenes_test.py SOURCE BUILD: `drench import` reads scenes of libWetCloth (.xml) and SPlisHSPlasH (.json), and
+materials of ARCSim (.json).
 
 The scenes are written here. Masses, sizes and positions of the imported ones at the start, and positions at the end of scripts, are
 compared with numbers that the formulas of those programs give by hand."""
@@ -361,6 +362,46 @@ class SPlisHSPlasH(Scenes):
                 self.refuses("bad.json", text, fragment)
         (self.folder / "drop.bgeo").write_bytes(bgeo([((0, 0, 0), (0, 0, 0))])[:-8])
         self.refuses("bad.json", self.text(FluidModels=[{"particleFile": "drop.bgeo"}]), "ends early or is damaged")
+
+
+class ARCSim(Scenes):
+    """Numbers of no real fabric."""
+
+    ROWS = [[10, 2, 40, 6], [30, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 18], [0, 0, 0, 0], [0, 0, 70, 0]]
+    BENDING = [[8e-6] * 5, [12e-6, 9e-6, 9e-6, 9e-6, 9e-6], [16e-6] * 5]
+
+    def text(self, **more):
+        return "// a comment\n" + json.dumps({"density": 0.2, "stretching": self.ROWS, "bending": self.BENDING, **more}, indent=1)
+
+    def test_material(self):
+        """c22 is along v, the warp; ARCSim doubles stretching, and its hinges have a quarter of the bending."""
+        fabric, said = self.imported("knit.json", self.text())
+        text = fabric.read_text()
+        self.assertIn("areal_density: 0.2 ", text)
+        self.assertIn("membrane: {warp: 80, weft: 20, shear: 6}", text)
+        # at 45 degrees (warp + weft + 2 twist)/4 is 3e-6
+        self.assertIn("bending: {warp: 2.0e-6, weft: 4.0e-6, twist: 3.0e-6}", text)
+        self.assertIn("c12 = 2: cloth in drench does not narrow as it is stretched", said)
+        self.assertIn("At a strain of 17 %: warp 140 N/m, weft 60 N/m, shear 18 N/m", said)
+        self.assertIn("bending at larger curvatures", said)
+        scene = self.folder / "hung.yaml"
+        scene.write_text("cloth:\n  - mesh: {grid: {size: [0.2, 0.2], nodes: [5, 5]}}\n    pin: [{corners: true}]\n"
+                         f"    fabric: {fabric}\n".replace("cloth:", "drench: 1\ncloth:", 1))
+        folder = self.ran(scene, "--steps", "2")
+        self.assertIn("areal_density: 0.2", (folder / "scene.yaml").read_text())
+
+    def test_what_does_not_change_is_not_listed(self):
+        rows = [[5, 0, 5, 5]] * 6
+        fabric, said = self.imported("paper.json", self.text(stretching=rows, bending=[[4e-4] * 5] * 3))
+        self.assertNotIn("not expressed", said)
+        self.assertIn("bending: {warp: 0.0001, weft: 0.0001, twist: 0.0001}", fabric.read_text())
+
+    def test_refusals(self):
+        for more, fragment in (({"density": 0}, "bad.json:3: density: is not a number above 0, in kg/m²"),
+                               ({"stretching": self.ROWS[:5]}, "stretching: is not a list of 6 rows"),
+                               ({"bending": [[1, 2, 3, 4, "5"]] * 3}, "bending[0]: is not a list of 5 numbers")):
+            with self.subTest(fragment):
+                self.refuses("bad.json", self.text(**more), fragment)
 
 
 main()

@@ -5,7 +5,7 @@ import re
 
 from refusal import fail
 
-SPACE = re.compile(r"[ \t\r\n]*")
+SPACE = re.compile(r"(?:[ \t\r\n]|//[^\n]*|/\*.*?\*/)*", re.DOTALL)  # comments as jsoncpp takes them
 NUMBER = re.compile(r"-?(?:0|[1-9]\d*)(?:\.\d+)?(?:[eE][-+]?\d+)?")
 WORDS = {"true": True, "false": False, "null": None}
 

@@ -1,4 +1,4 @@
-"""Writes a scene file of SPlisHSPlasH (.json) as a scene of drench, with its mesh and particle files. `drench import FILE` starts it.
+"""Writes a scene file of SPlisHSPlasH (.json) as a scene of drench, with its mesh and particle files. read_json.py calls it.
 The meaning of every key is that of SPlisHSPlasH's own source (Simulator/SimulatorBase.cpp, SPlisHSPlasH/)."""
 
 import difflib
@@ -13,8 +13,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from bgeo_particles import read_bgeo
 from json_lines import Array, Object, read_json
 from refusal import fail
-from scene_files import (Missing, Output, add, along_axes, bounds, find_file, minus, read_obj, rotation, times, turned,
-                         volume_of, run_reader)
+from scene_files import (Missing, Output, add, along_axes, bounds, find_file, is_number, minus, read_obj, rotation, times,
+                         turned, volume_of)
 
 VIEW = "only for SPlisHSPlasH's window and export"
 SOLVER = "a setting of SPlisHSPlasH's solvers and boundaries"
@@ -91,10 +91,6 @@ class Section:
 
     def matrix(self):
         return rotation(self.vector("rotationAxis", (1, 0, 0)), self.number("rotationAngle", 0.0))
-
-
-def is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
 class Importer:
@@ -412,6 +408,3 @@ def is_closed(triangles):
     edges = Counter(tuple(sorted(edge)) for a, b, c in triangles for edge in ((a, b), (b, c), (c, a)))
     return all(count == 2 for count in edges.values())
 
-
-if __name__ == "__main__":
-    run_reader("read_splishsplash.py", __doc__, Importer)

@@ -12,6 +12,10 @@ from pathlib import Path
 from refusal import fail
 
 
+def is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
 def number(x):
     """The shortest text that has ten digits of `x`."""
     if isinstance(x, int):

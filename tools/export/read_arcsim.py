@@ -1,0 +1,89 @@
+"""Writes a material of ARCSim (.json) as a fabric of drench. read_json.py calls it.
+
+Stretching: six rows of c11, c12, c22, c33 in N/m, the first at rest, the others at a strain of 1/6 along 0°, 22.5°, 45°, 67.5° and 90°
+from the texture's u axis. ARCSim doubles them (src/dde.cpp) and takes u for the first direction, which is drench's weft. Bending: three
+rows, of edges along u, at 45° and along v, each at curvatures of 0, 10, 20, 30 and 40 1/m. Its energy of a hinge has a quarter of the
+value as flexural rigidity (src/physics.cpp; Bridson et al. 2003)."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from json_lines import read_json
+from refusal import fail
+from scene_files import Missing, flow, is_number, number
+
+KEYS = {"density", "stretching", "bending"}
+ROWS = {"stretching": (6, 4), "bending": (3, 5)}
+
+
+def is_material(data):
+    return isinstance(data, dict) and {"stretching", "bending"} <= data.keys()
+
+
+class Importer:
+    def __init__(self, source, folder):
+        self.source, self.folder = source, folder or source.with_suffix("")
+        self.data, self.missing = read_json(source), Missing()
+        density = self.data.get("density")
+        if not is_number(density) or density <= 0:
+            fail(f"{source}:{self.data.lines.get('density', self.data.line)}: density: is not a number above 0, in kg/m²; correct it")
+        self.density = float(density)
+        self.stretching, self.bending = self.table("stretching"), self.table("bending")
+        for key in self.data:
+            if key not in KEYS:
+                self.missing.add("it is no key of ARCSim's material files", key, self.data.lines[key])
+
+    def table(self, key):
+        rows, columns = ROWS[key]
+        data = self.data[key]
+        if not isinstance(data, list) or len(data) != rows:
+            fail(f"{self.source}:{self.data.lines[key]}: {key}: is not a list of {rows} rows; correct it")
+        for k, row in enumerate(data):
+            if not isinstance(row, list) or len(row) != columns or not all(map(is_number, row)):
+                fail(f"{self.source}:{data.lines[k]}: {key}[{k}]: is not a list of {columns} numbers; correct it")
+        return [[float(x) for x in row] for row in data]
+
+    @staticmethod
+    def membrane(weft, both, warp, shear):
+        """ARCSim replaces negative coefficients by 0."""
+        return {"warp": 2 * max(0.0, warp), "weft": 2 * max(0.0, weft), "shear": max(0.0, shear)}
+
+    def plate(self):
+        warp, bias, weft = (max(0.0, row[0]) / 4 for row in self.bending)
+        return {"warp": warp, "weft": weft, "twist": max(0.0, 2 * bias - (warp + weft) / 2)}
+
+    def run(self):
+        rest, stretched = self.stretching[0], self.stretching
+        if rest[1] > 0:
+            self.missing.add(f"c12 = {number(rest[1])}: cloth in drench does not narrow as it is stretched", "stretching",
+                             self.data.lines["stretching"])
+        if any(row != rest for row in stretched[1:]):
+            along = self.membrane(stretched[1][0], 0, stretched[5][2], stretched[3][3])
+            self.missing.add("stiffness at larger strains; drench uses that at rest. At a strain of 17 %: "
+                             + ", ".join(f"{key} {value:.4g} N/m" for key, value in along.items()), "stretching",
+                             self.data.lines["stretching"])
+        if any(x != row[0] for row in self.bending for x in row):
+            self.missing.add("bending at larger curvatures; drench uses that of flat cloth", "bending", self.data.lines["bending"])
+        for x, row in ((x, row) for row in self.bending for x in row[:1]):
+            if x < 0:
+                self.missing.add("negative bending counts as 0, as in ARCSim", "bending", self.data.lines["bending"])
+        lines = [f"# Imported from {self.source.name} (a material of ARCSim) by drench import."]
+        lost = self.missing.lines()
+        if lost:
+            lines += ["# Not expressed:", *(f"# - {line}" for line in lost)]
+        rounded = {key: {k: float(f"{v:.4g}") for k, v in values.items()}
+                   for key, values in (("membrane", self.membrane(*rest)), ("bending", self.plate()))}
+        lines += [f"about: {flow(self.source.stem + ', a material of ARCSim')}",
+                  f"areal_density: {number(self.density)}   # kg/m²",
+                  f"membrane: {flow(rounded['membrane'])}   # N/m",
+                  f"bending: {flow(rounded['bending'])}   # N·m"]
+        self.folder.mkdir(parents=True, exist_ok=True)
+        path = self.folder / f"{self.source.stem}.yaml"
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        print(f"{path}: fabric from {self.source} (ARCSim)")
+        if lost:
+            print("not expressed:")
+            print("\n".join(f"  {line}" for line in lost))
+        print(f"next: write fabric: {path} in a cloth of your scene; the file has no thickness and nothing about liquid")
