@@ -39,12 +39,24 @@ std::vector<double> open_areas(const ReferenceState& state) {
   return area;
 }
 
-/// What goes from a mass in dt if `rate` goes above the critical mass, and in proportion below it.
-double dried(double mass, double critical, double rate, double dt) {
+/// w ≤ 0 with w + b (e^w − 1) + due = 0, by bisection.
+double logarithm_left(double b, double due) {
+  double low = -due, high = 0;
+  for (int k = 0; k < 200; ++k) {
+    const double middle = 0.5 * (low + high);
+    (middle + b * std::expm1(middle) + due > 0 ? high : low) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+/// What goes from a mass in dt. `rate` goes above the critical mass; below it the wet part x of the surface loses
+/// rate (1 + β) x/(1 + β x), with β = `cooling`.
+double dried(double mass, double critical, double rate, double cooling, double dt) {
   const double above = std::max(0.0, mass - critical);
   if (critical == 0 || rate * dt <= above) return std::min(mass, rate * dt);
   const double start = std::min(mass, critical), left = dt - above / rate;
-  return above + start * -std::expm1(-rate * left / critical);
+  return above +
+         start * -std::expm1(logarithm_left(cooling * start / critical, (1 + cooling) * rate * left / critical));
 }
 
 }  // namespace
@@ -56,8 +68,8 @@ void drying(ReferenceState& state, const StepInfo& info, StepReport&) {
   for (Index n = 0; n < s.node_count(); ++n) {
     if (!(area[n] > 0) || s.node_liquid[n] == 0) continue;
     const double critical = m.material_of_node(n).critical_saturation * m.samples.node_capacity[n] / m.quantum;
-    const double due =
-        dried(static_cast<double>(s.node_liquid[n]), critical, m.evaporation_flux * area[n] / m.quantum, info.dt);
+    const double rate = m.evaporation_flux / (1 + m.cooling) * area[n] / m.quantum;
+    const double due = dried(static_cast<double>(s.node_liquid[n]), critical, rate, m.cooling, info.dt);
     const Quanta gone = std::min(s.node_liquid[n], floor_quanta(due + drawn(n, info.step)));
     s.node_liquid[n] -= gone;
     s.node_buffered[n] = std::min(s.node_buffered[n], s.node_liquid[n]);

@@ -225,15 +225,19 @@ std::string in_words(double seconds) {
 
 /// What evaporates, and how long full cloth takes (docs/theory/evaporation.md, Eqs. 1 and 9).
 void print_drying(const Model& model) {
-  const double flux = model.evaporation_flux;
-  fmt::print("air: a wet surface loses {:.3g} kg/(m² h)\n", 3600 * flux);
+  const double flux = model.evaporation_flux / (1 + model.cooling);
+  fmt::print("air: a wet surface loses {:.3g} kg/(m² h)\n", 3600 * model.evaporation_flux);
+  if (model.cooling > 0)
+    fmt::print("air: wet cloth cools to {:.3g} °C and loses {:.3g} kg/(m² h)\n", model.wet_bulb, 3600 * flux);
   for (const ClothMaterial& c : model.cloths) {
     if (!c.porous || !model.has_drying()) continue;
     constexpr double dry = 0.05;
     const double fall = 2 * flux / ((1 - c.solid_fraction) * c.thickness * model.rest_density),
                  critical = c.critical_saturation;
     const double constant = (1 - std::max(critical, dry)) / fall,
-                 falling = critical > dry ? critical / fall * std::log(critical / dry) : 0;
+                 falling = critical > dry ? critical / fall / (1 + model.cooling) *
+                                                (std::log(critical / dry) + model.cooling * (1 - dry / critical))
+                                          : 0;
     fmt::print("drying of {}: full cloth takes {} to saturation {:.3g} and {} to {:.3g}, with both sides in air\n",
                c.name, in_words(constant), std::max(critical, dry), in_words(constant + falling), dry);
   }

@@ -13,6 +13,7 @@
 
 #include "output/fitted_pressure.hpp"
 #include "output/grid_tools.hpp"
+#include "setup/air.hpp"
 #include "setup/solute.hpp"
 #include "state/saturation.hpp"
 
@@ -104,6 +105,15 @@ Grid cloth_grid(const Model& model, const HostState& state) {
   if (model.has_squeezing())
     add_field<vtkFloatArray>(fields, "contact_pressure", n,
                              [&](std::size_t i) { return value_or_zero(state.node_contact_pressure, i); });
+  if (model.cooling > 0) {
+    const auto wet = [&](std::size_t i) {
+      const double critical = model.material_of_node(static_cast<Index>(i)).critical_saturation;
+      return critical > 0 ? std::min(1.0, saturation[i] / critical) : (saturation[i] > 0 ? 1.0 : 0.0);
+    };
+    add_field<vtkFloatArray>(fields, "temperature", n, [&](std::size_t i) {
+      return cloth_temperature(model.scene.air.temperature, model.wet_bulb, model.cooling, wet(i));
+    });
+  }
   if (model.has_solute()) {
     const std::vector<double> area = node_area(model);
     add_field<vtkDoubleArray>(fields, "solute", n, [&](std::size_t i) {

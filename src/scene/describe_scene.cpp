@@ -225,9 +225,8 @@ void describe(Section& s, AirScene& air) {
   const bool direct = air.evaporation_rate.has_value(), given = direct || air.transfer_coefficient;
   s.one_line();
   s.saved_if(!direct).number("humidity", air.humidity, "[0, 1]", "1", "relative humidity of the ambient air");
-  s.saved_if(!direct).number(
-      "temperature", air.temperature, "[0, 60]", "°C",
-      "temperature of the air and of the wet surface; in warm, dry air use the temperature of the wet surface");
+  s.saved_if(!direct).number("temperature", air.temperature, "[0, 60]", "°C",
+                             "temperature of the air and of liquid, and of wet cloth unless `cooling` is true");
   s.saved_if(!given).number("speed", air.speed, "[0, 100]", "m/s",
                             "air speed along the wet surface; independent of `wind`, which exerts drag");
   s.saved_if(!given).number("length", air.length, "[0.001, 1000]", "m", "length of the wet surface along the air flow");
@@ -235,10 +234,13 @@ void describe(Section& s, AirScene& air) {
            "mass transfer coefficient h_m at a wet surface; replaces `speed` and `length`");
   s.number("evaporation_rate", air.evaporation_rate, "[0, 100]", "kg/(m² s)",
            "evaporation rate j of a wet surface; replaces all other keys; 1 kg/(m² h) is 2.8e-4");
+  s.saved_if(!direct).boolean(
+      "cooling", air.cooling,
+      "evaporation cools wet cloth, at most to the wet-bulb temperature, and the cloth dries more slowly");
   for (const char* key : {"speed", "length"})
     s.check(!s.has(key) || !air.transfer_coefficient, key,
             "cannot be combined with transfer_coefficient, which it would determine; allowed: one of the two");
-  for (const char* key : {"humidity", "temperature", "speed", "length", "transfer_coefficient"})
+  for (const char* key : {"humidity", "temperature", "speed", "length", "transfer_coefficient", "cooling"})
     s.check(!s.has(key) || !air.evaporation_rate, key,
             "cannot be combined with evaporation_rate, which it would determine; allowed: one of the two");
 }

@@ -350,11 +350,12 @@ struct WindScene {
 struct AirScene {
   bool present = false;                        // does the scene have the section?
   double humidity = 0.5;                       // RH, 1
-  double temperature = 20;                     // °C; of the air and of what is wet
+  double temperature = 20;                     // °C; of the air, and of what is wet unless that cools
   double speed = 0;                            // m/s; along what is wet
   double length = 0.3;                         // m; of what is wet, along the air
   std::optional<double> transfer_coefficient;  // h_m, m/s; in place of speed and length
   std::optional<double> evaporation_rate;      // j, kg/(m² s); in place of all the others
+  bool cooling = false;                        // do wet cloths cool as they dry?
 
   bool operator==(const AirScene&) const = default;
 };

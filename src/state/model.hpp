@@ -228,6 +228,8 @@ struct Model {
   double relaxation = 0.3;                  // ω of both pressure solves (setup/smoothing_kernel.hpp)
   ClothEngine cloth_engine{};               // own
   double evaporation_flux = 0;              // j, kg/(m² s): of a wet surface (setup/air.hpp); 0: nothing evaporates
+  double cooling = 0;                       // β, 1: of wet cloth (setup/air.hpp); 0: it does not cool
+  double wet_bulb = 0;                      // T_w, °C: of cloth that is wet all over, with cooling
   Quanta min_quanta = 0;                    // m_min = 0.05 m0
   Quanta max_quanta = quanta_per_particle;  // m_max = m0
   // kg/kg: liquid of this concentration has as many quanta of solute as of mass; 0: no solute (setup/solute.hpp)

@@ -402,6 +402,8 @@ inline constexpr BadScene bad_scenes[] = {
      "cannot be combined with transfer_coefficient, which it would determine; allowed: one of the two"},
     {"HumidityBesideARate", FLUID "air: {humidity: 0.3, evaporation_rate: 1.0e-4}\n", 4, 17, "air.humidity",
      "cannot be combined with evaporation_rate, which it would determine; allowed: one of the two"},
+    {"CoolingBesideARate", FLUID "air: {cooling: true, evaporation_rate: 1.0e-4}\n", 4, 16, "air.cooling",
+     "cannot be combined with evaporation_rate, which it would determine; allowed: one of the two"},
     {"AirOverDryCloth", CLOTH "air: {}\n", 4, 6, "air", "the scene has neither liquid nor porous cloth"},
     {"PermeabilityInDarcy", CLOTH "    porous: {permeability: 10}\n", 4, 28, "cloth.0.porous.permeability",
      "allowed: [0, 1e-4] m²"},

@@ -12,7 +12,7 @@ inline constexpr const char* everything = R"(drench: 1
 time: {step: 0.002, end: 3.5, mode: cfl, cfl: 0.3, tolerance: 2.0e-3}
 gravity: [0.1, -1.62, 0.2]
 field: {center: [0.5, 0, -0.5], rate: [1, 2, 0]}
-air: {humidity: 0.25, temperature: 35, transfer_coefficient: 0.02}
+air: {humidity: 0.25, temperature: 35, transfer_coefficient: 0.02, cooling: true}
 domain: {min: [-2, -3, -4], max: [5, 6, 7]}
 output: {every: 0.05, checkpoint_every: 0.7, measures: true, fabric: true, wet_above: 0.1, surface: true,
     surface_spacing: 0.75, surface_kernel: isotropic, fitted_pressure: true, report: true}

@@ -380,7 +380,7 @@ class ARCSim(Scenes):
         self.assertIn("areal_density: 0.2 ", text)
         self.assertIn("membrane: {warp: 80, weft: 20, shear: 6}", text)
         # at 45 degrees (warp + weft + 2 twist)/4 is 3e-6
-        self.assertIn("bending: {warp: 2.0e-6, weft: 4.0e-6, twist: 3.0e-6}", text)
+        self.assertIn("bending: {warp: 2.0e-06, weft: 4.0e-06, twist: 3.0e-06}", text)
         self.assertIn("c12 = 2: cloth in drench does not narrow as it is stretched", said)
         self.assertIn("At a strain of 17 %: warp 140 N/m, weft 60 N/m, shear 18 N/m", said)
         self.assertIn("bending at larger curvatures", said)

@@ -320,7 +320,7 @@ TEST(SceneLoader, ReadsEveryKey) {
   s.time = {0.002, 3.5, TimeMode::cfl, 0.3, 2e-3};
   s.gravity = {0.1, -1.62, 0.2};
   s.field = {true, {0.5, 0, -0.5}, {1, 2, 0}};
-  s.air = {true, 0.25, 35, 0, 0.3, 0.02, {}};
+  s.air = {true, 0.25, 35, 0, 0.3, 0.02, {}, true};
   s.domain = {{-2, -3, -4}, {5, 6, 7}};
   s.output = {{}, std::nullopt, 0.05, 0.7, true, true, 0.1, true, 0.75, SurfaceKernel::isotropic, true, true};
   s.processes = {false, false, false, false, false};

@@ -47,6 +47,33 @@ TEST(drying, agrees_with_the_reference) {
   compare_stage({.stage = Stage::drying, .scene = sheet(0.5, 0.3, 0.01), .steps_before = 3, .changes = "node_liquid"});
 }
 
+/// With every number of wet parts at once: some nodes are above the critical saturation, some nearly dry.
+TEST(drying, cloth_that_cools_agrees_with_the_reference) {
+  const std::string cold = "air: {humidity: 0.1, temperature: 40, speed: 3, cooling: true}";
+  std::string scene = sheet(0.5, 0.4, 0.01);
+  scene = with(scene, "air: {evaporation_rate: 0.01}", cold);
+  const auto uneven = [](const Model& m, HostState& s) {
+    for (std::size_t n = 0; n < s.node_liquid.size(); ++n)
+      s.node_liquid[n] = static_cast<Quanta>(m.samples.node_capacity[n] / m.quantum * std::pow(0.95, double(n)));
+  };
+  const drench::Setup setup = setup_from(scene);
+  EXPECT_GT(setup.model.cooling, 3);
+  EXPECT_LT(setup.model.wet_bulb, 20);
+  for (const double dt : {0.01, 10.0, 1000.0}) {
+    HostState start = setup.state;
+    uneven(setup.model, start);
+    std::vector<HostState> after;
+    run_on_both(setup.model, start, {Stage::drying}, {0, 0, dt},
+                [&](const Backend& backend, const StepReport&) { after.push_back(backend.download()); });
+    for (std::size_t n = 0; n < start.node_liquid.size(); ++n) {
+      EXPECT_NEAR(double(after[0].node_liquid[n]), double(after[1].node_liquid[n]),
+                  1 + 1e-9 * double(start.node_liquid[n]))
+          << dt << " " << n;
+      EXPECT_LE(after[0].node_liquid[n], start.node_liquid[n]);
+    }
+  }
+}
+
 TEST(drying, a_step_of_any_length_is_exact) {
   constexpr double rate = 0.01, critical = 0.25;
   for (const double start : {1.0, 0.2}) {

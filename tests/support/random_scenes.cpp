@@ -428,7 +428,7 @@ void SceneDraw::bodies() {
 }
 
 void SceneDraw::air() {
-  const std::string air = sometimes(0.12, [&] {
+  std::string air = sometimes(0.12, [&] {
     const double fast = usually(1e-4, 0.05, 1e-9, 1);
     return chance(0.3)
                ? fmt::format("air: {{humidity: {:.3g}, temperature: {:.3g}, speed: {:.3g}, length: {:.3g}}}\n",
@@ -436,6 +436,9 @@ void SceneDraw::air() {
                : fmt::format("air: {{evaporation_rate: {:.3g}}}\n", fast);
   });
   if (air.empty()) return;
+  const std::string cooling = drawn_by(latest_, air.find("humidity") == std::string::npos ? 0 : 0.5,
+                                       [] { return std::string(", cooling: true"); });
+  air.insert(air.size() - 2, cooling);
   drawn_.closed = false;
   drawn_.yaml += air;
   const std::string from = "porous: {";

@@ -69,7 +69,7 @@ struct Drying {
   Entries<const Index> start, item;
   Entries<const Real> area, open;
   Materials of_sample, of_node;
-  double flux, quantum, dt;  // j, kg/(m² s); q, kg; s
+  double flux, cooling, quantum, dt;  // j of cloth that is wet all over, kg/(m² s); β, 1; q, kg; s
   std::int64_t step;
   bool covered;  // may anything cover a side?
 
@@ -84,7 +84,8 @@ struct Drying {
         open(work.open),
         of_sample(sample_materials(cloth)),
         of_node(node_materials(cloth)),
-        flux(constants.model.evaporation_flux),
+        flux(constants.model.evaporation_flux / (1 + constants.model.cooling)),
+        cooling(constants.model.cooling),
         quantum(constants.quantum),
         dt(info.dt),
         step(info.step),
@@ -107,7 +108,7 @@ struct Drying {
     const double rate = flux * open_area(n) / quantum;  // quanta/s
     if (!(rate > 0)) return;
     const double critical = double(of_node(n).critical_saturation) * capacity(n) / quantum;
-    const double due = laws::dried(double(held), critical, rate, dt) + drawn(n, step);
+    const double due = laws::dried(double(held), critical, rate, cooling, dt) + drawn(n, step);
     const Quanta gone = due < double(held) ? static_cast<Quanta>(Kokkos::floor(due)) : held;
     liquid(n) = held - gone;
     if (buffered(n) > held - gone) buffered(n) = held - gone;
