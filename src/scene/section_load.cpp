@@ -25,7 +25,7 @@ std::string with_unit(const std::string& range, const std::string& unit) {
 class LoadSection : public Section {
  public:
   /// `path` is the map's key path, "" for the root.
-  LoadSection(const Value& map, std::string path, const std::string& folder);
+  LoadSection(const Value& map, std::string path, const std::string& folder, const LoadSection* around = nullptr);
 
   void number(const char* key, double& value, const char* range, const char* unit, const char*) override {
     if (const Value* found = take(key, "a number in " + with_unit(range, unit)))
@@ -89,6 +89,7 @@ class LoadSection : public Section {
 
   /// Reads the whole map. Which of several keys stands there is settled first: a wrong value may be one too many.
   void read(const Describe& inside) {
+    inside_ = &inside;
     const Schema schema = document_section(inside, false);
     for (const SchemaKey& key : schema.keys) {
       known_.push_back(key.path);
@@ -127,12 +128,16 @@ class LoadSection : public Section {
                      const std::string& expected, Read read) const;
   void check_list(const std::string& key, const Value& value) const;
   void check_known() const;
+  /// The map here, or the one around this, that has a key which is unknown here; "" if none has it.
+  std::string place_of_key(const std::string& key) const;
   void check_one_of() const;
   void done() const;
 
   const Value& map_;
   std::string path_;
   const std::string& folder_;
+  const LoadSection* around_;           // the map that this one is in
+  const Describe* inside_ = nullptr;    // what is read
   std::vector<std::string> known_;      // its keys
   std::vector<std::string> elsewhere_;  // keys that are refused with a message of their own
   std::vector<std::string> one_of_;     // of these, exactly one
@@ -140,8 +145,8 @@ class LoadSection : public Section {
   std::string failed_key_, failed_;     // the first failed check
 };
 
-LoadSection::LoadSection(const Value& map, std::string path, const std::string& folder)
-    : map_(map), path_(std::move(path)), folder_(folder) {
+LoadSection::LoadSection(const Value& map, std::string path, const std::string& folder, const LoadSection* around)
+    : map_(map), path_(std::move(path)), folder_(folder), around_(around) {
   if (map.kind == Value::Kind::map) return;
   throw SceneError(map.place.text(), fmt::format("{}: is {}; allowed: a map of keys and values",
                                                  path_.empty() ? "scene" : path_, map.shown()));
@@ -373,7 +378,7 @@ std::size_t LoadSection::word_index(const char* key, const std::vector<const cha
 void LoadSection::map(const char* key, const char*, const Describe& inside) {
   const Value* found = take(key, "a map");
   if (!found) return;
-  LoadSection(*found, path_of(key), folder_).read(inside);
+  LoadSection(*found, path_of(key), folder_, this).read(inside);
 }
 
 void LoadSection::maps(const char* key, std::size_t, const char*,
@@ -382,7 +387,7 @@ void LoadSection::maps(const char* key, std::size_t, const char*,
   if (!found) return;
   check_list(key, *found);
   for (std::size_t i = 0; i < found->items.size(); ++i) {
-    LoadSection item(found->items[i], path_of(key) + "." + std::to_string(i), folder_);
+    LoadSection item(found->items[i], path_of(key) + "." + std::to_string(i), folder_, this);
     item.read([&](Section& s) { entry(s, i); });
   }
 }
@@ -392,6 +397,15 @@ void LoadSection::check_list(const std::string& key, const Value& value) const {
   if (value.items.empty()) fail(value, key, "is an empty list; allowed: at least one entry, or leave the key out");
 }
 
+std::string LoadSection::place_of_key(const std::string& key) const {
+  for (const yaml::Entry& entry : map_.entries)
+    if (entry.value.kind == Value::Kind::map && document_section(*inside_).find(entry.key + "." + key))
+      return path_of(entry.key);
+  if (around_ && std::find(around_->known_.begin(), around_->known_.end(), key) != around_->known_.end())
+    return around_->path_.empty() ? "the scene itself" : around_->path_;
+  return "";
+}
+
 void LoadSection::check_known() const {
   for (const yaml::Entry& entry : map_.entries) {
     if (std::find(known_.begin(), known_.end(), entry.key) != known_.end()) continue;
@@ -399,9 +413,10 @@ void LoadSection::check_known() const {
     Value shown_key;
     shown_key.kind = Value::Kind::scalar;
     shown_key.text = entry.key;
-    const std::string guess = nearest_word(entry.key, known_);
-    const std::string hint =
-        guess.empty() ? fmt::format("allowed: {}", fmt::join(known_, ", ")) : fmt::format("did you mean '{}'?", guess);
+    const std::string guess = nearest_word(entry.key, known_), place = place_of_key(entry.key);
+    const std::string hint = !place.empty()   ? fmt::format("it belongs in {}", place)
+                             : !guess.empty() ? fmt::format("did you mean '{}'?", guess)
+                                              : fmt::format("allowed: {}", fmt::join(known_, ", "));
     throw SceneError(entry.place.text(), fmt::format("{}: unknown key {} in {}; {}", path_of(entry.key.substr(0, 64)),
                                                      shown_key.shown(), path_.empty() ? "the scene" : path_, hint));
   }
