@@ -28,6 +28,7 @@
 #include "parallel/communicator.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
+#include "scene/nearest_word.hpp"
 #include "scene/schema.hpp"
 #include "setup/setup_error.hpp"
 #ifdef DRENCH_HAS_VIEW
@@ -51,6 +52,24 @@ std::string where(const std::string& scene, const std::vector<std::string>& over
   } catch (const drench::SceneError&) {
     return scene;
   }
+}
+
+/// One line about the first word that a command does not take.
+std::string unexpected_word(const CLI::App& command) {
+  const std::vector<std::string> words = command.remaining(true);
+  const std::string word = words.empty() ? "" : words.front(), name = word.substr(0, word.find('='));
+  const std::string of = command.get_parent() ? "drench " + command.get_name() : "drench";
+  if (name.size() < 2 || name[0] != '-')
+    return fmt::format("{}: '{}' is one argument too many; see {} --help", of, word, of);
+  std::vector<std::string> options;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& known : option->get_lnames()) options.push_back("--" + known);
+  std::string near;
+  for (const std::string& known : options)
+    if (name.size() > 3 && known.starts_with(name)) near = known;
+  if (near.empty()) near = drench::nearest_word(name, options);
+  return fmt::format("{}: there is no option {}{}; see {} --help", of, name,
+                     near.empty() ? "" : fmt::format("; did you mean {}?", near), of);
 }
 
 /// A check for CLI11: a whole number in a range. (Its own range checks print their bounds in 600 digits.)
@@ -323,6 +342,8 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
                 fmt::format("drench: unknown command {}; allowed: {}", first, fmt::join(names, ", ")));
   try {
     app_.parse(argc, argv);
+  } catch (const CLI::ExtrasError&) {
+    return fail(drench::exit_usage, unexpected_word(known ? *app_.get_subcommand(first) : app_));
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app_.exit(e);  // --help, --version
     return fail(drench::exit_usage, fmt::format("drench: {}; see drench --help", e.what()));

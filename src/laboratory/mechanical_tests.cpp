@@ -312,8 +312,8 @@ void drying_rate(Trial& trial) {
   const double half = 0.5 * nodes * cell, cx = near_node(x), cy = near_node(y);
   auto run = trial.open(fmt::format(
       "drench: 1\n"
-      "time: {{step: 1, end: 14400}}\n"
-      "air: {{humidity: 0.65, temperature: 20, speed: 0, length: {}}}\n"
+      "time: {{step: 1, end: 21600}}\n"
+      "air: {{humidity: 0.65, temperature: 20, speed: 0, length: {}, cooling: true}}\n"
       "output: {{every: 60, fabric: true}}\n"
       "{}",
       size,
@@ -324,7 +324,8 @@ void drying_rate(Trial& trial) {
                       "      - {{box: {{min: [{:.6g}, {:.6g}, -1], max: [{:.6g}, {:.6g}, 1]}}, value: {:.6g}}}\n",
                       cx - half, cy - half, cx + half, cy + half, std::min(1.0, saturation)),
           "max_saturation: 1")));
-  const double flux = evaporation_flux(run->scene());
+  const Scene& scene = run->scene();
+  const double flux = scene.air.cooling ? wet_bulb(scene).flux : evaporation_flux(scene);
   std::vector<double> hours, grams;
   double start = 0, dried_at = -1, wet_hours = 0, wet_last = 0;
   const double end = run->scene().time.end;
@@ -352,7 +353,7 @@ void drying_rate(Trial& trial) {
   trial.number("drying_rate", "drying rate from 100 % to 10 %", "g/h", rate);
   trial.number("rate_per_wet_area", "the same per wet area, both sides", "g/(m2 h)",
                wet_hours > 0 ? lost / (2 * wet_hours) : 0);
-  trial.number("air_rate", "evaporation rate of a wet surface in this air", "g/(m2 h)", 3.6e6 * flux);
+  trial.number("air_rate", "evaporation rate of wet cloth in this air", "g/(m2 h)", 3.6e6 * flux);
   if (dried_at >= 0)
     trial.number("time_to_dry", "time to 10 % of the water", "min", 60 * dried_at);
   else

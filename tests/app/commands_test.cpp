@@ -130,7 +130,10 @@ TEST_F(Commands, BadCommandLinesAreRefusedInOneLine) {
   expect_refusal({"check"}, "SCENE");
   for (const char* ranks : {"0", "65537", "two", "1.5"})
     expect_refusal({"check", "tiny.yaml", "--ranks", ranks}, "allowed: a whole number from 1 to 65536");
-  expect_refusal({"run", "tiny.yaml", "--frobnicate"}, "--frobnicate");
+  expect_refusal({"run", "tiny.yaml", "--frobnicate"}, "drench run: there is no option --frobnicate; see drench run");
+  expect_refusal({"run", "tiny.yaml", "--out", "a", "--force"}, "no option --out; did you mean --output?");
+  expect_refusal({"check", "tiny.yaml", "--sett=a"}, "no option --sett; did you mean --set?");
+  expect_refusal({"check", "tiny.yaml", "other.yaml"}, "'other.yaml' is one argument too many; see drench check");
   expect_refusal({"run", "tiny.yaml", "--backend", "abacus"}, "abacus");
   expect_refusal({"run", "tiny.yaml", "--until", "soon"}, "soon");
   expect_refusal({"run", "tiny.yaml", "--until", "nan"}, "nan");

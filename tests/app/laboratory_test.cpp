@@ -123,7 +123,7 @@ TEST(laboratory, a_full_specimen_dries_at_the_rate_of_its_air) {
       "drench: 1\nair: {humidity: 0.65, temperature: 20, speed: 0, length: 0.1}\ncloth:\n  - mesh: {grid: "
       "{size: [1, 1], nodes: [2, 2]}}\n    porous: {}\n",
       "air");
-  const double theory = 2 * 0.01 * evaporation_flux(scene) * 3.6e6;  // g/h
+  const double theory = 2 * 0.01 * wet_bulb(scene).flux * 3.6e6;  // g/h
   EXPECT_NEAR(r.mean("drying_rate") / theory, 1, 0.02) << theory;
   EXPECT_NEAR(r.mean("time_to_dry") / (60 * 0.27 / theory), 1, 0.06);
 }
