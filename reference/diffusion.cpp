@@ -160,7 +160,8 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
     const double flux = pair.conductance * pores + film_flux(state, pair) +
                         pair.conductance * (squeezed_out(state, pair.second) - squeezed_out(state, pair.first));
     to_first[k] = flux > 0;
-    offer[k] = offered_quanta(std::abs(flux) * dt / (n * state.model.quantum));
+    const bool dry = state.s.node_liquid[to_first[k] ? pair.second : pair.first] == 0;
+    offer[k] = dry ? 0 : offered_quanta(std::abs(flux) * dt / (n * state.model.quantum));
     out[to_first[k] ? pair.second : pair.first] += offer[k];
     in[to_first[k] ? pair.first : pair.second] += offer[k];
   }

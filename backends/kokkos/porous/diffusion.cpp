@@ -91,10 +91,12 @@ struct NodePairs {
         wet(constants, fabric),
         materials(node_materials(fabric)) {}
 
-  /// Of pair e, quanta, > 0 to its first node: what the law wants to flow, `scale` = Δt/q.
+  /// Of pair e, quanta, > 0 to its first node: what the law wants to flow, `scale` = Δt/q. A dry node gives nothing.
   KOKKOS_INLINE_FUNCTION Quanta offer(Index e, double scale) const {
     if (!(conductance(e) > 0)) return 0;
     const Index i = pair(2 * e), j = pair(2 * e + 1);
+    const bool dry_i = wet.liquid(i) == 0, dry_j = wet.liquid(j) == 0;
+    if (dry_i && dry_j) return 0;
     const Material& m = materials(i);
     double flux = scanning.exist() && laws::has_hysteresis(m)
                       ? scanned_flux(e, i, j)
@@ -102,6 +104,7 @@ struct NodePairs {
                                             drop(e), m.mobility_exponent, m.retention);
     if (wet.pores.exist()) flux += conductance(e) * (squeezed_out(j) - squeezed_out(i));
     if (film.exist()) flux += film_flux(e, m, drop(e) > 0 ? j : i);
+    if (flux > 0 ? dry_j : dry_i) return 0;
     const Quanta o = offered(Kokkos::abs(flux) * scale);
     return flux > 0 ? o : -o;
   }
