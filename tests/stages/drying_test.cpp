@@ -57,8 +57,8 @@ TEST(drying, cloth_that_cools_agrees_with_the_reference) {
       s.node_liquid[n] = static_cast<Quanta>(m.samples.node_capacity[n] / m.quantum * std::pow(0.95, double(n)));
   };
   const drench::Setup setup = setup_from(scene);
-  EXPECT_GT(setup.model.cooling, 3);
-  EXPECT_LT(setup.model.wet_bulb, 20);
+  EXPECT_GT(setup.model.cooling, 2);
+  EXPECT_LT(setup.model.wet_bulb, 25);
   for (const double dt : {0.01, 10.0, 1000.0}) {
     HostState start = setup.state;
     uneven(setup.model, start);

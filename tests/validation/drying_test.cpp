@@ -132,23 +132,20 @@ TEST(drying, wet_cloth_cools) {
     }
   report({"wet wick of 1 cm in air of 5 m/s, 10 to 40 °C, 30 to 90 %: how far it cools, largest error",
           "psychrometer, WMO-No. 8", worst, 0.06});
-  // From wet to nearly dry, in dry air that is warm: the rate falls to a third. With a step of 1 s and one of 40 s.
-  for (const double step : {1.0, 40.0}) {
-    Sheet sheet(step, 0.95, 0.4, "gravity: [0, 0, 0]\nair: {humidity: 0.2, temperature: 30, speed: 5, cooling: true}");
-    const Model& m = sheet.run.model();
-    const double fall = 2 * m.evaporation_flux / (1 + m.cooling) / pores;
-    double off = 0, end = time_to(0.95, 0.02, 0.4, fall, m.cooling);
-    while (sheet.run.time() < end) {
-      sheet.run.step();
-      const double due = time_to(0.95, sheet.saturation(), 0.4, fall, m.cooling);
-      off = std::max(off, std::fabs(sheet.run.time() / due - 1));
-    }
-    report({fmt::format("cloth that cools, in steps of {} s: time to each saturation from 0.95 to 0.02, largest error",
-                        step),
-            "balance of heat and vapour", off, 0.02});
-    EXPECT_GT(m.cooling, 1);
-    EXPECT_EQ(total(sheet.run.state()), sheet.start);
+  // From wet to nearly dry, in air that is warm and dry: the rate falls to a third.
+  Sheet sheet(1, 0.95, 0.4, "gravity: [0, 0, 0]\nair: {humidity: 0.2, temperature: 30, speed: 5, cooling: true}");
+  const Model& m = sheet.run.model();
+  const double fall = 2 * m.evaporation_flux / (1 + m.cooling) / pores;
+  const double end = time_to(0.95, 0.02, 0.4, fall, m.cooling);
+  double off = 0;
+  while (sheet.run.time() < end) {
+    sheet.run.step();
+    off = std::max(off, std::fabs(sheet.run.time() / time_to(0.95, sheet.saturation(), 0.4, fall, m.cooling) - 1));
   }
+  report({"cloth that cools: time to each saturation from 0.95 to 0.02, largest error", "balance of heat and vapour",
+          off, 0.02});
+  EXPECT_GT(m.cooling, 1);
+  EXPECT_EQ(total(sheet.run.state()), sheet.start);
 }
 
 TEST(drying, the_air_decides_the_rate) {
