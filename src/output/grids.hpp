@@ -19,7 +19,8 @@ using Grid = vtkSmartPointer<vtkUnstructuredGrid>;
 Grid fluid_grid(const Model& model, const HostState& state, int threads = 1);
 
 /// The triangles of all cloths; point fields velocity (m/s), saturation (1), liquid_mass (kg), flow_direction (1),
-/// pin_force (N), and contact_pressure (Pa) where it counts; cell field cloth (index).
+/// pin_force (N), and contact_pressure (Pa), temperature (°C) and solute (kg/m²) where they count; cell field cloth
+/// (index).
 Grid cloth_grid(const Model& model, const HostState& state);
 
 /// The surfaces of the bodies that move, as they lie in `state`, or without one of those that stand still; cell fields

@@ -128,7 +128,7 @@ class LoadSection : public Section {
                      const std::string& expected, Read read) const;
   void check_list(const std::string& key, const Value& value) const;
   void check_known() const;
-  /// The map here, or the one around this, that has a key which is unknown here; "" if none has it.
+  /// Where a key that is unknown here is known, in a map here or in the one around this; "" if nowhere.
   std::string place_of_key(const std::string& key) const;
   void check_one_of() const;
   void done() const;
@@ -400,9 +400,9 @@ void LoadSection::check_list(const std::string& key, const Value& value) const {
 std::string LoadSection::place_of_key(const std::string& key) const {
   for (const yaml::Entry& entry : map_.entries)
     if (entry.value.kind == Value::Kind::map && document_section(*inside_).find(entry.key + "." + key))
-      return path_of(entry.key);
+      return path_of(entry.key) + "." + key;
   if (around_ && std::find(around_->known_.begin(), around_->known_.end(), key) != around_->known_.end())
-    return around_->path_.empty() ? "the scene itself" : around_->path_;
+    return around_->path_of(key);
   return "";
 }
 
@@ -414,7 +414,7 @@ void LoadSection::check_known() const {
     shown_key.kind = Value::Kind::scalar;
     shown_key.text = entry.key;
     const std::string guess = nearest_word(entry.key, known_), place = place_of_key(entry.key);
-    const std::string hint = !place.empty()   ? fmt::format("it belongs in {}", place)
+    const std::string hint = !place.empty()   ? fmt::format("did you mean {}?", place)
                              : !guess.empty() ? fmt::format("did you mean '{}'?", guess)
                                               : fmt::format("allowed: {}", fmt::join(known_, ", "));
     throw SceneError(entry.place.text(), fmt::format("{}: unknown key {} in {}; {}", path_of(entry.key.substr(0, 64)),

@@ -60,7 +60,7 @@ void set_numbers(Model& m) {
   set_films(m);
   set_node_materials(m);
   if (m.scene.air.present) m.evaporation_flux = evaporation_flux(m.scene);
-  if (m.scene.air.cooling && m.evaporation_flux > 0) {
+  if (m.scene.air.cooling && m.has_drying()) {
     const WetBulb wet = wet_bulb(m.scene);
     m.cooling = m.evaporation_flux / wet.flux - 1;
     m.wet_bulb = wet.temperature;

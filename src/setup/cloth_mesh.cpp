@@ -53,6 +53,11 @@ std::vector<Index> own_numbers(const SurfaceMesh& mesh) {
   return numbers;
 }
 
+void sort_once(std::vector<std::array<Index, 2>>& pairs) {
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
 /// Separates sheets that share an edge, and sews seams of doubled points.
 void sew_sheets(PlacedMesh& placed, const ClothScene& cloth, SetupLines& lines) {
   SurfaceMesh& mesh = placed.mesh;
@@ -60,7 +65,7 @@ void sew_sheets(PlacedMesh& placed, const ClothScene& cloth, SetupLines& lines) 
   SheetSplit split = split_sheets(mesh);
   if (split.found()) lines.warnings.push_back(cloth_label(cloth.name) + ": " + split.text());
   if (cloth.weld != 0) {
-    weld = weld_boundary(mesh, cloth.weld, split.held);
+    weld = weld_boundary(mesh, cloth.weld, split.copy_of);
     if (weld.found()) lines.notes.push_back(cloth_label(cloth.name) + ": " + weld.text());
   } else {
     weld.node = own_numbers(mesh);
@@ -69,9 +74,17 @@ void sew_sheets(PlacedMesh& placed, const ClothScene& cloth, SetupLines& lines) 
     const Index n = weld.node[at(a)], m = weld.node[at(b)];
     if (n != m) weld.held.push_back({std::min(n, m), std::max(n, m)});
   }
-  std::sort(weld.held.begin(), weld.held.end());
-  weld.held.erase(std::unique(weld.held.begin(), weld.held.end()), weld.held.end());
+  sort_once(weld.held);
   weld.copy_of = std::move(split.copy_of);
+}
+
+/// A node has the place of its first point.
+void find_places(const SurfaceMesh& mesh, Weld& weld) {
+  weld.place_of.assign(mesh.points.size(), -1);
+  for (std::size_t p = 0; p < weld.node.size(); ++p) {
+    Index& place = weld.place_of[at(weld.node[p])];
+    if (place < 0) place = p < weld.file_points() ? static_cast<Index>(p) : weld.copy_of[p - weld.file_points()];
+  }
 }
 
 /// Removes slivers, and renumbers the nodes of the file's points and of the stitches.
@@ -84,6 +97,10 @@ void clean(PlacedMesh& placed, const ClothScene& cloth, SetupLines& lines) {
   auto& held = placed.weld.held;
   for (auto& [a, b] : held) std::tie(a, b) = std::minmax({now(a), now(b)});
   std::erase_if(held, [](const auto& pair) { return pair[0] == pair[1]; });
+  sort_once(held);
+  std::vector<Index> place_of;
+  for (const Index n : cleaning.kept) place_of.push_back(placed.weld.place_of[at(n)]);
+  placed.weld.place_of = std::move(place_of);
 }
 
 PlacedMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path, SetupLines& lines) {
@@ -101,11 +118,12 @@ PlacedMesh placed_mesh(const ClothScene& cloth, const std::string& scene_path, S
   }
   rotation_of(cloth);  // refuses an axis without length
   file_place(cloth)(mesh.points);
-  check_points(mesh.points, label);
+  check_points(mesh.points, cloth.grid ? label : label + " (" + cloth.file + ")");
   if (cloth.grid)
     placed.weld.node = own_numbers(mesh);
   else
     sew_sheets(placed, cloth, lines);
+  find_places(mesh, placed.weld);
   if (!cloth.grid && cloth.clean != 0) clean(placed, cloth, lines);
   check_mesh(mesh, cloth.grid ? label : label + " (" + cloth.file + ")", cloth_min_area_ratio);
   if (!cloth.grid)
@@ -127,6 +145,8 @@ Pins pinned_nodes(const ClothScene& cloth, const PlacedMesh& placed, const std::
   const SurfaceMesh& mesh = placed.mesh;
   Pins pins{std::vector<std::uint8_t>(mesh.points.size(), cloth.dynamics ? 0 : 1),
             std::vector<Index>(mesh.points.size(), -1)};
+  std::vector<std::uint8_t> held(mesh.points.size(), 0);
+  for (const auto& pair : placed.weld.held) held[at(pair[0])] = held[at(pair[1])] = 1;
   Index entry = -1;
   const auto pin = [&](Index i) {
     const bool soft = cloth.pins[static_cast<std::size_t>(entry)].stiffness.has_value();
@@ -146,7 +166,7 @@ Pins pinned_nodes(const ClothScene& cloth, const PlacedMesh& placed, const std::
       }
       case PinScene::Kind::edges:
         for (const MeshEdge& e : edges) {
-          if (e.triangles != 1) continue;
+          if (e.triangles != 1 || (held[at(e.a)] && held[at(e.b)])) continue;  // a seam is no border
           pin(e.a);
           pin(e.b);
           any = true;

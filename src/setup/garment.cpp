@@ -39,7 +39,7 @@ void judge_unit(Garment& garment, const std::string& label, double size) {
 void place(Garment& garment, bool on_body) {
   FilePlace{metres_in(garment.guess.unit) * upright(garment.guess.up), Vector3d::Zero()}(garment.mesh.points);
   const SheetSplit split = split_sheets(garment.mesh);
-  weld_boundary(garment.mesh, weld_automatically, split.held);
+  weld_boundary(garment.mesh, weld_automatically, split.copy_of);
   clean_mesh(garment.mesh, clean_automatically);
   const Box box = bounds_of(garment.mesh.points);
   const double size = longest_side(box);

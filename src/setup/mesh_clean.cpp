@@ -54,6 +54,8 @@ class Cleaner {
     }
     for (Index t = 0; t < static_cast<Index>(gone_.size()); ++t)
       done.left += !gone_[at(t)] && height_of(corners(t)) < height_;
+    for (Index n = 0; n < static_cast<Index>(of_.size()); ++n)
+      if (of_[at(n)] == n) done.kept.push_back(n);
     if (done.collapsed + done.flipped + done.dropped > 0) renumber();
     done.node = of_;
     return done;

@@ -12,6 +12,7 @@ namespace drench {
 /// What has been done to a mesh.
 struct MeshCleaning {
   std::vector<Index> node;  // of each node before
+  std::vector<Index> kept;  // of each node now, the one before whose place it has
   double height = 0;        // m; triangles of a smaller height are slivers
   Index collapsed = 0;      // short edges whose ends have become one node
   Index flipped = 0;        // long edges between a sliver and its neighbour, now between their other corners

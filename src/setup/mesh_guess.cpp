@@ -57,13 +57,14 @@ void guess_up(const Box& box, MeshGuess& guess) {
 }
 
 /// How badly a garment's box fits a body's, 1: 0 where it lies within the body's height and around its middle.
-double misfit(const Box& garment, const Box& body) {
+double misfit(const Box& garment, const Box& body, bool sheet) {
   const Vector3d side = sides_of(body);
   const double size = side.maxCoeff();
   const Vector3d apart = (middle_of(garment) - middle_of(body)).cwiseQuotient(side.cwiseMax(0.2 * size));
   double sum = apart.cwiseAbs().cwiseMin(1.0).sum();
   const double ratio = sides_of(garment).maxCoeff() / size;
-  sum += std::max(0.0, std::log(ratio / 1.3)) * 3 + std::max(0.0, std::log(0.15 / ratio)) * 3;
+  if (!sheet) sum += std::max(0.0, std::log(ratio / 1.3)) * 3;  // sheets are often larger than what they cover
+  sum += std::max(0.0, std::log(0.15 / ratio)) * 3;
   const double depth = std::max(sides_of(garment)[2], 0.01 * sides_of(garment).maxCoeff()) / side[2];
   sum += std::max(0.0, std::log(0.6 / depth));  // it goes around the body
   const double beyond = (to_eigen(body.min) - to_eigen(garment.min)).cwiseMax(0.0).sum() +
@@ -106,7 +107,7 @@ MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const Mesh
                         body.up == UpAxis::y ? "" : "as the body"};
   const bool sheet = sides_of(file_box).minCoeff() < 0.01 * sides_of(file_box).maxCoeff();
   MeshGuess best = alike;
-  double least = misfit(upright_box(file_box, best), around) + dwarfish(file_box, best) -
+  double least = misfit(upright_box(file_box, best), around, sheet) + dwarfish(file_box, best) -
                  0.2;  // files of one pair are likely alike
   for (const LengthUnit unit : {LengthUnit::m, LengthUnit::cm, LengthUnit::mm, LengthUnit::inch})
     for (const UpAxis up : {UpAxis::y, UpAxis::z, UpAxis::x}) {
@@ -114,7 +115,7 @@ MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const Mesh
                             up == body.up ? alike.up_reason : "then it fits the body"};
       if (sheet && up != body.up) continue;  // it fits around nothing
       const bool inch = unit == LengthUnit::inch;
-      const double off = misfit(upright_box(file_box, guess), around) + dwarfish(file_box, guess) +
+      const double off = misfit(upright_box(file_box, guess), around, sheet) + dwarfish(file_box, guess) +
                          (up == UpAxis::x ? 0.1 : 0) + (inch ? 0.1 : 0);
       if (off >= least || (inch && off > rare_unit)) continue;
       least = off;

@@ -96,11 +96,9 @@ std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::st
     if (points.size() != weld.file_points())
       throw SetupError(fmt::format("{}: it has {} points and the cloth has {}; allowed: the same number", label,
                                    points.size(), weld.file_points()));
-    for (const Index p : weld.copy_of) points.push_back(points[at(p)]);
-    std::size_t nodes = 0;
-    for (std::size_t p = 0; p < points.size(); ++p)  // the first point of each node
-      if (at(weld.node[p]) == nodes) points[nodes++] = points[p];
-    points.resize(nodes);
+    std::vector<Vec3> of_nodes;
+    for (const Index p : weld.place_of) of_nodes.push_back(points[at(p)]);
+    points = std::move(of_nodes);
     place(points);
     if (k == 0) {
       first = points;

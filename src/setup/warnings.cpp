@@ -320,6 +320,8 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
 
 /// Air that takes nothing up.
 void warn_of_idle_air(const Model& m, Lines& lines) {
+  if (m.scene.air.cooling && !m.has_porous())
+    lines.emplace_back("air.cooling has no effect: no cloth is porous, and liquid keeps the temperature of the air");
   if (m.scene.air.present && !(m.evaporation_flux > 0))
     lines.emplace_back(m.scene.air.humidity == 1
                            ? "air: nothing evaporates into air of humidity 1; reduce humidity"

@@ -51,12 +51,14 @@ class Welder {
     }
   }
 
-  Weld run(const std::vector<std::array<Index, 2>>& apart) {
+  Weld run(const std::vector<Index>& copy_of) {
+    const std::size_t in_file = of_.size() - copy_of.size();
+    const auto original = [&](Index p) { return at(p) < in_file ? p : copy_of[at(p) - in_file]; };
     Weld weld;
     std::vector<std::array<Index, 2>> left;  // of points
     for (const Pair& pair : close_pairs()) {
       const Index a = of_[at(pair.a)], b = of_[at(pair.b)];
-      if (a == b || std::binary_search(apart.begin(), apart.end(), std::array{pair.a, pair.b})) continue;
+      if (a == b || original(pair.a) == original(pair.b)) continue;
       if (distance_ < 0 && lie_on_each_other(pair.a, pair.b)) {
         ++weld.layers;
       } else if (collapses(a, b)) {
@@ -196,8 +198,8 @@ std::string Weld::text() const {
   return line;
 }
 
-Weld weld_boundary(SurfaceMesh& mesh, double distance, const std::vector<std::array<Index, 2>>& apart) {
-  Weld weld = Welder(mesh, distance).run(apart);
+Weld weld_boundary(SurfaceMesh& mesh, double distance, const std::vector<Index>& copy_of) {
+  Weld weld = Welder(mesh, distance).run(copy_of);
   if (weld.merged == 0) return weld;
   std::vector<Vec3> points;
   for (std::size_t p = 0; p < mesh.points.size(); ++p)

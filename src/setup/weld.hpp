@@ -13,6 +13,7 @@ namespace drench {
 struct Weld {
   std::vector<Index> node;                 // of each point of the file, and then of each copy
   std::vector<Index> copy_of;              // the file's point of each copy (setup/sheets.hpp)
+  std::vector<Index> place_of;             // of each node, the file's point whose place it has
   Index merged = 0;                        // pairs of points that have become one node
   std::vector<std::array<Index, 2>> held;  // pairs of nodes that lie together and would make an edge of three triangles
   Index layers = 0;                        // pairs left alone for their sheets lie on each other
@@ -27,7 +28,7 @@ struct Weld {
 /// Merges boundary points of `mesh` that are at most `distance` (m) apart; weld_automatically: a thousandth of the
 /// shortest edges at the two points. Never two of one triangle. Sheets that lie on each other are left alone unless
 /// there is a distance. A node has the place of its first point, and the nodes keep the order of these; texture and
-/// groups stay as they are. `apart`: pairs that are left alone, sorted.
-Weld weld_boundary(SurfaceMesh& mesh, double distance, const std::vector<std::array<Index, 2>>& apart = {});
+/// groups stay as they are. `copy_of`: of the last points the ones that they are copies of; these are left apart.
+Weld weld_boundary(SurfaceMesh& mesh, double distance, const std::vector<Index>& copy_of = {});
 
 }  // namespace drench

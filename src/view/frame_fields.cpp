@@ -46,7 +46,7 @@ std::string unit_of(const std::string& field) {
                                                         {"age", "s"},        {"liquid_mass", "kg"},
                                                         {"pin_force", "N"},  {"contact_pressure", "Pa"},
                                                         {"spin", "1/s"},     {"concentration", "kg/kg"},
-                                                        {"solute", "kg/m²"}};
+                                                        {"solute", "kg/m²"}, {"temperature", "°C"}};
   const auto it = units.find(field);
   return it == units.end() ? "" : it->second;
 }

@@ -88,9 +88,12 @@ TEST(MeshClean, CollapsesNeedles) {
 TEST(MeshClean, KeepsTheBoundaryWhereANeedleTouchesIt) {
   SurfaceMesh mesh = square();
   mesh.points[node(1, 2)][0] = 1e-5;  // next to node (0, 2)
+  const std::vector<Vec3> before = mesh.points;
   const MeshCleaning done = clean_mesh(mesh, clean_automatically);
   EXPECT_EQ(done.collapsed, 1) << done.text();
   EXPECT_EQ(mesh.points[std::size_t(done.node[node(1, 2)])][0], 0) << "m: the boundary is where it was";
+  ASSERT_EQ(done.kept.size(), mesh.points.size());
+  for (std::size_t n = 0; n < mesh.points.size(); ++n) EXPECT_EQ(mesh.points[n], before[std::size_t(done.kept[n])]);
   EXPECT_EQ(euler(mesh), 1);
   EXPECT_NEAR(area(mesh), 25e-4, 1e-10);
 }

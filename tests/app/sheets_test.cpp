@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "mesh_folder.hpp"
 #include "setup/pieces.hpp"
 
@@ -142,6 +144,32 @@ TEST_F(Sheets, ThreeSheetsAtASeamStayTogether) {
     EXPECT_TRUE(any_has(setup.warnings, "edges of the mesh with more than two triangles: 4")) << keys;
     EXPECT_EQ(setup.model.mesh.stitch.size(), 5U) << keys;
     EXPECT_EQ(pieces_of(setup.model).size(), 1U) << keys;
+  }
+}
+
+/// The seam's points are on no border, though the third sheet ends there; its ends are on the border of all sheets.
+TEST_F(Sheets, ASeamIsNoBorder) {
+  const drench::Setup setup = set_up(book(3, 3, 4), "    pin: [{edges: true}]\n");
+  const ClothMesh& mesh = setup.model.mesh;
+  int pinned = 0;
+  for (Index n = 0; n < mesh.nodes(); ++n) {
+    const Vec3& x = mesh.rest_position[at(n)];
+    const bool inside = x[2] > 0.01 && x[2] < 0.39, at_seam = std::hypot(x[0], x[1]) < 0.01;
+    if (at_seam && inside) {
+      EXPECT_FALSE(mesh.pinned[at(n)]) << n;
+    }
+    pinned += mesh.pinned[at(n)];
+  }
+  EXPECT_GE(pinned, 3 * (5 + 2 * 2) + 1);
+}
+
+/// Copies of one point are never welded to each other, nor counted as layers.
+TEST_F(Sheets, WeldLeavesCopiesApart) {
+  for (const int wings : {3, 4, 5, 6, 7}) {
+    const drench::Setup setup = set_up(book(wings, 3, 4));
+    EXPECT_FALSE(any_has(setup.notes, "weld:")) << wings;
+    EXPECT_EQ(setup.model.mesh.stitch.size(), 5U * static_cast<std::size_t>((wings + 1) / 2 - 1)) << wings;
+    EXPECT_EQ(pieces_of(setup.model).size(), 1U) << wings;
   }
 }
 

@@ -108,13 +108,14 @@ double time_to(double start, double end, double critical, double fall, double co
   return above + critical * (std::log(x0 / x) + cooling * (x0 - x)) / (fall * (1 + cooling));
 }
 
-/// T_w of a ventilated psychrometer, °C: e = e_s(T_w) − A p (T − T_w), A = 6.62e-4/K (WMO-No. 8, annex 4.B).
+/// T_w of a ventilated psychrometer, °C: e = e_s(T_w) − A p (T − T_w), A = 6.53e-4 (1 + 9.44e-4 T_w)/K (WMO-No. 8,
+/// annex 4.B).
 double psychrometer(double t, double humidity) {
   const auto pressure = [](double x) { return saturated_vapour(x) * 461.52 * (x + 273.15); };
   double low = -20, high = t;
   for (int k = 0; k < 60; ++k) {
     const double middle = 0.5 * (low + high);
-    const double e = pressure(middle) - 6.62e-4 * (1 + 9.44e-4 * middle) * 101325 * (t - middle);
+    const double e = pressure(middle) - 6.53e-4 * (1 + 9.44e-4 * middle) * 101325 * (t - middle);
     (e < humidity * pressure(t) ? low : high) = middle;
   }
   return high;

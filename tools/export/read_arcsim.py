@@ -15,6 +15,7 @@ from refusal import fail
 from scene_files import Missing, flow, is_number, number
 
 KEYS = {"density", "stretching", "bending"}
+LEAST_STRETCHING = 5e-4  # N/m, half of what a membrane in drench has at least
 ROWS = {"stretching": (6, 4), "bending": (3, 5)}
 
 
@@ -31,6 +32,10 @@ class Importer:
             fail(f"{source}:{self.data.lines.get('density', self.data.line)}: density: is not a number above 0, in kg/m²; correct it")
         self.density = float(density)
         self.stretching, self.bending = self.table("stretching"), self.table("bending")
+        for name, value in (("c11", self.stretching[0][0]), ("c22", self.stretching[0][2])):
+            if value < LEAST_STRETCHING:
+                fail(f"{source}:{self.data['stretching'].lines[0]}: stretching[0]: {name} is {value:g}; "
+                     f"allowed: at least {LEAST_STRETCHING:g} N/m")
         for key in self.data:
             if key not in KEYS:
                 self.missing.add("it is no key of ARCSim's material files", key, self.data.lines[key])
@@ -52,10 +57,16 @@ class Importer:
 
     def plate(self):
         warp, bias, weft = (max(0.0, row[0]) / 4 for row in self.bending)
-        return {"warp": warp, "weft": weft, "twist": max(0.0, 2 * bias - (warp + weft) / 2)}
+        twist = 2 * bias - (warp + weft) / 2
+        if twist < 0:
+            self.missing.add("cloth that is this limp along the bias; twist is 0", "bending", self.data.lines["bending"])
+        return {"warp": warp, "weft": weft, "twist": max(0.0, twist)}
 
     def run(self):
         rest, stretched = self.stretching[0], self.stretching
+        plate = self.plate()
+        if rest[3] < 0:
+            self.missing.add("negative shear counts as 0, as in ARCSim", "stretching", self.data.lines["stretching"])
         if rest[1] > 0:
             self.missing.add(f"c12 = {number(rest[1])}: cloth in drench does not narrow as it is stretched", "stretching",
                              self.data.lines["stretching"])
@@ -74,7 +85,7 @@ class Importer:
         if lost:
             lines += ["# Not expressed:", *(f"# - {line}" for line in lost)]
         rounded = {key: {k: float(f"{v:.4g}") for k, v in values.items()}
-                   for key, values in (("membrane", self.membrane(*rest)), ("bending", self.plate()))}
+                   for key, values in (("membrane", self.membrane(*rest)), ("bending", plate))}
         lines += [f"about: {flow(self.source.stem + ', a material of ARCSim')}",
                   f"areal_density: {number(self.density)}   # kg/m²",
                   f"membrane: {flow(rounded['membrane'])}   # N/m",

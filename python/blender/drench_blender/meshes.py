@@ -124,6 +124,13 @@ def boundary_vertices(triangles, count):
     return mask
 
 
+def crowded_edges(triangles):
+    """The number of edges with more than two triangles; repeated triangles count once."""
+    triangles = np.unique(np.sort(triangles, axis=1), axis=0)
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [0, 2]]])
+    return int((np.unique(edges, axis=0, return_counts=True)[1] > 2).sum())
+
+
 def _welded(points, triangles):
     """For each vertex, the first boundary vertex in the same place, or itself."""
     first = np.arange(len(points))

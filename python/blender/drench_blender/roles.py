@@ -103,6 +103,10 @@ class Cloth(Part):
         self.mesh = meshes.ClothMesh(mesh, self.own.weld)
         if len(self.mesh.triangles) == 0:
             raise Problem(f"'{self.thing.name}': all faces have an area of zero: correct its scale or its mesh")
+        crowded = meshes.crowded_edges(self.mesh.triangles)
+        if crowded:
+            raise Problem(f"'{self.thing.name}': more than two faces share an edge, {crowded} times: separate the faces there "
+                          "(Select > All by Trait > Non Manifold, then Split)")
         points = self.mesh.points(mesh)
         self.rest, self.triangles = mesh.points, mesh.triangles
         self.box = points.min(0), points.max(0)
