@@ -8,8 +8,14 @@
 
 from pathlib import Path
 
-from ._core import (CheckpointError, DeviceError, Error, RunFailure, SceneError, SetupError, StaleView, __version__, info,
-                    precision, schema, set_threads)
+try:
+    from ._core import (CheckpointError, DeviceError, Error, RunFailure, SceneError, SetupError, StaleView, __version__, info,
+                        precision, schema, set_threads)
+except ImportError as _missing:
+    if "libcuda" not in str(_missing):
+        raise
+    raise ImportError("this drench is built for NVIDIA GPUs, and the machine has no NVIDIA driver (libcuda.so.1): install the "
+                      "driver, or the package drench for CPUs instead") from _missing
 from .batch import Batch, BatchError
 from .bodies import Bodies, Body, Wrench
 from .fields import FieldView
