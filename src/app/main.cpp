@@ -21,6 +21,7 @@
 #include "app/commands.hpp"
 #include "app/fit.hpp"
 #include "app/threads.hpp"
+#include "app/unexpected_word.hpp"
 #include "app/view.hpp"
 #include "base/version.hpp"
 #include "output/checkpoint.hpp"
@@ -28,7 +29,6 @@
 #include "parallel/communicator.hpp"
 #include "pipeline/runtime.hpp"
 #include "scene/load.hpp"
-#include "scene/nearest_word.hpp"
 #include "scene/schema.hpp"
 #include "setup/setup_error.hpp"
 #ifdef DRENCH_HAS_VIEW
@@ -52,24 +52,6 @@ std::string where(const std::string& scene, const std::vector<std::string>& over
   } catch (const drench::SceneError&) {
     return scene;
   }
-}
-
-/// One line about the first word that a command does not take.
-std::string unexpected_word(const CLI::App& command) {
-  const std::vector<std::string> words = command.remaining(true);
-  const std::string word = words.empty() ? "" : words.front(), name = word.substr(0, word.find('='));
-  const std::string of = command.get_parent() ? "drench " + command.get_name() : "drench";
-  if (name.size() < 2 || name[0] != '-')
-    return fmt::format("{}: '{}' is one argument too many; see {} --help", of, word, of);
-  std::vector<std::string> options;
-  for (const CLI::Option* option : command.get_options())
-    for (const std::string& known : option->get_lnames()) options.push_back("--" + known);
-  std::string near;
-  for (const std::string& known : options)
-    if (name.size() > 3 && known.starts_with(name)) near = known;
-  if (near.empty()) near = drench::nearest_word(name, options);
-  return fmt::format("{}: there is no option {}{}; see {} --help", of, name,
-                     near.empty() ? "" : fmt::format("; did you mean {}?", near), of);
 }
 
 /// A check for CLI11: a whole number in a range. (Its own range checks print their bounds in 600 digits.)
@@ -184,8 +166,7 @@ void add_import_options(CLI::App& command, drench::ImportOptions& options) {
   command
       .add_option("FILE", options.file,
                   "a USD file (.usd, .usda, .usdc, .usdz), one that Blender reads (.fbx, .gltf, .glb, .abc, .blend), a "
-                  "scene of "
-                  "libWetCloth (.xml) or SPlisHSPlasH (.json), or a material of ARCSim (.json)")
+                  "scene of libWetCloth (.xml) or SPlisHSPlasH (.json), or a material of ARCSim (.json)")
       ->required();
   command.add_option("--prim", options.prim,
                      "the mesh, or an object that contains only this mesh (default: the only mesh)");
@@ -343,7 +324,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ExtrasError&) {
-    return fail(drench::exit_usage, unexpected_word(known ? *app_.get_subcommand(first) : app_));
+    return fail(drench::exit_usage, drench::unexpected_word(known ? *app_.get_subcommand(first) : app_));
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app_.exit(e);  // --help, --version
     return fail(drench::exit_usage, fmt::format("drench: {}; see drench --help", e.what()));

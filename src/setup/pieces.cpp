@@ -75,15 +75,13 @@ namespace {
 
 /// Of pieces that nothing holds.
 std::string warning_of(const std::vector<std::size_t>& loose, std::size_t pieces) {
-  const bool one = loose.size() == 1;
   const std::size_t listed = std::min(loose.size(), most_listed);
   return fmt::format(
-      "nothing holds piece{} {}{} of {}: {} no pin, no seam to another piece and no body below {}, and {}; sew {} "
-      "(weld, sew), pin {}, or put a body under {}",
-      one ? "" : "s", fmt::join(loose.begin(), loose.begin() + static_cast<std::ptrdiff_t>(listed), ", "),
-      listed < loose.size() ? fmt::format(" and {} more", loose.size() - listed) : "", pieces,
-      one ? "it has" : "they have", one ? "it" : "them", one ? "falls" : "fall", one ? "it" : "them",
-      one ? "it" : "them", one ? "it" : "them");
+      "nothing holds piece{} {}{} of {}: cloth without a pin, a seam to another piece or a body below it falls; use "
+      "weld "
+      "or sew, a pin, or a body",
+      loose.size() == 1 ? "" : "s", fmt::join(loose.begin(), loose.begin() + static_cast<std::ptrdiff_t>(listed), ", "),
+      listed < loose.size() ? fmt::format(" and {} more", loose.size() - listed) : "", pieces);
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ class Importer:
         return [[float(x) for x in row] for row in data]
 
     @staticmethod
-    def membrane(weft, both, warp, shear):
+    def membrane(weft, warp, shear):
         """ARCSim replaces negative coefficients by 0."""
         return {"warp": 2 * max(0.0, warp), "weft": 2 * max(0.0, weft), "shear": max(0.0, shear)}
 
@@ -71,21 +71,20 @@ class Importer:
             self.missing.add(f"c12 = {number(rest[1])}: cloth in drench does not narrow as it is stretched", "stretching",
                              self.data.lines["stretching"])
         if any(row != rest for row in stretched[1:]):
-            along = self.membrane(stretched[1][0], 0, stretched[5][2], stretched[3][3])
+            along = self.membrane(stretched[1][0], stretched[5][2], stretched[3][3])
             self.missing.add("stiffness at larger strains; drench uses that at rest. At a strain of 17 %: "
                              + ", ".join(f"{key} {value:.4g} N/m" for key, value in along.items()), "stretching",
                              self.data.lines["stretching"])
         if any(x != row[0] for row in self.bending for x in row):
             self.missing.add("bending at larger curvatures; drench uses that of flat cloth", "bending", self.data.lines["bending"])
-        for x, row in ((x, row) for row in self.bending for x in row[:1]):
-            if x < 0:
-                self.missing.add("negative bending counts as 0, as in ARCSim", "bending", self.data.lines["bending"])
+        if any(row[0] < 0 for row in self.bending):
+            self.missing.add("negative bending counts as 0, as in ARCSim", "bending", self.data.lines["bending"])
         lines = [f"# Imported from {self.source.name} (a material of ARCSim) by drench import."]
         lost = self.missing.lines()
         if lost:
             lines += ["# Not expressed:", *(f"# - {line}" for line in lost)]
         rounded = {key: {k: float(f"{v:.4g}") for k, v in values.items()}
-                   for key, values in (("membrane", self.membrane(*rest)), ("bending", plate))}
+                   for key, values in (("membrane", self.membrane(rest[0], rest[2], rest[3])), ("bending", plate))}
         lines += [f"about: {flow(self.source.stem + ', a material of ARCSim')}",
                   f"areal_density: {number(self.density)}   # kg/m²",
                   f"membrane: {flow(rounded['membrane'])}   # N/m",
