@@ -398,9 +398,9 @@ void LoadSection::check_list(const std::string& key, const Value& value) const {
 }
 
 std::string LoadSection::place_of_key(const std::string& key) const {
+  const Schema deep = document_section(*inside_);
   for (const yaml::Entry& entry : map_.entries)
-    if (entry.value.kind == Value::Kind::map && document_section(*inside_).find(entry.key + "." + key))
-      return path_of(entry.key) + "." + key;
+    if (const std::string path = entry.key + "." + key; deep.find(path)) return path_of(path);
   if (around_ && std::find(around_->known_.begin(), around_->known_.end(), key) != around_->known_.end())
     return around_->path_of(key);
   return "";
