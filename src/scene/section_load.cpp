@@ -137,7 +137,7 @@ class LoadSection : public Section {
   std::string path_;
   const std::string& folder_;
   const LoadSection* around_;           // the map that this one is in
-  const Describe* inside_ = nullptr;    // what is read
+  const Describe* inside_ = nullptr;    // what is read; null for the keys of a value, which hold no maps
   std::vector<std::string> known_;      // its keys
   std::vector<std::string> elsewhere_;  // keys that are refused with a message of their own
   std::vector<std::string> one_of_;     // of these, exactly one
@@ -223,7 +223,7 @@ void LoadSection::read_keyed(const char* key, Keyed<T>& value, const std::string
   const Value* found = take(key, expected);
   if (!found) return;
   if (found->kind == Value::Kind::map) {
-    LoadSection sub(*found, path_of(key), folder_);
+    LoadSection sub(*found, path_of(key), folder_, this);
     sub.known_ = {"keys", "interpolation"};
     Interpolation between = Interpolation::linear;
     sub.choice("interpolation", between, interpolation_words, "");
@@ -398,7 +398,7 @@ void LoadSection::check_list(const std::string& key, const Value& value) const {
 }
 
 std::string LoadSection::place_of_key(const std::string& key) const {
-  const Schema deep = document_section(*inside_);
+  const Schema deep = inside_ ? document_section(*inside_) : Schema();
   for (const yaml::Entry& entry : map_.entries)
     if (const std::string path = entry.key + "." + key; deep.find(path)) return path_of(path);
   if (around_ && std::find(around_->known_.begin(), around_->known_.end(), key) != around_->known_.end())
