@@ -1,6 +1,7 @@
 // Stage advection of the oracle; the law and the numbers of its parts stand in src/stages/advection.hpp.
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -132,8 +133,10 @@ double largest_stretch(const Model& m, const std::vector<Vec3>& nodes) {
     // The deformation in an orthonormal basis of the rest triangle: E E0⁻¹ with E0 = Q R, so E R⁻¹.
     const Eigen::Matrix<double, 3, 2> rest = edges(m.mesh.rest_position);
     const Eigen::Matrix2d r = (rest.transpose() * rest).llt().matrixU();
-    const Eigen::MatrixXd deformation = edges(nodes) * r.inverse();
-    largest = std::max(largest, deformation.jacobiSvd().singularValues()(0));
+    const Eigen::Matrix<double, 3, 2> deformation = edges(nodes) * r.inverse();
+    const Eigen::Matrix2d c = deformation.transpose() * deformation;
+    const double squared = 0.5 * c.trace() + std::hypot(0.5 * (c(0, 0) - c(1, 1)), c(0, 1));  // its largest eigenvalue
+    largest = std::max(largest, std::sqrt(squared));
   }
   return largest;
 }

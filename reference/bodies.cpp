@@ -1,6 +1,6 @@
 // Stage bodies (src/stages/bodies.hpp).
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 

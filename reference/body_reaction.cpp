@@ -1,6 +1,6 @@
 #include "body_reaction.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 
 namespace drench::reference {

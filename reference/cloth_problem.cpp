@@ -1,7 +1,6 @@
 #include "cloth_problem.hpp"
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -30,13 +29,12 @@ void add_plates(const ClothMesh& mesh, const Vectors& x, Vectors& force) {
 
 Eigen::Matrix2d rest_frame(const ClothMesh& mesh, Index t) {
   const auto [a, b, c] = mesh.triangle[t];
-  Eigen::Matrix<double, 3, 2> edges;
-  edges << vec(mesh.rest_position[b]) - vec(mesh.rest_position[a]),
-      vec(mesh.rest_position[c]) - vec(mesh.rest_position[a]);
-  Eigen::Matrix2d r = edges.householderQr().matrixQR().topRows<2>().triangularView<Eigen::Upper>();
-  for (int k = 0; k < 2; ++k)
-    if (r(k, k) < 0) r.row(k) *= -1;  // the first axis along the first edge, the second towards the third corner
-  return r;
+  const Vector3d first = vec(mesh.rest_position[b]) - vec(mesh.rest_position[a]),
+                 second = vec(mesh.rest_position[c]) - vec(mesh.rest_position[a]);
+  // The first axis along the first edge, the second towards the third corner.
+  Eigen::Matrix2d frame;
+  frame << first.norm(), first.normalized().dot(second), 0, first.normalized().cross(second).norm();
+  return frame;
 }
 
 Eigen::Matrix<double, 3, 2> corner_gradients(const Eigen::Matrix2d& frame) {
@@ -142,12 +140,18 @@ Stress ClothProblem::limit_stress(Index t, const Vectors& x) const {
   Eigen::Matrix<double, 3, 2> edges;
   edges << x[b] - x[a], x[c] - x[a];
   const Eigen::Matrix<double, 3, 2> deformation = edges * rest_frame(mesh, t).inverse();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(deformation, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  // In axes of the deformed triangle's plane, along its first edge and across.
+  const Vector3d along = deformation.col(0).stableNormalized(),
+                 rest = deformation.col(1) - along * along.dot(deformation.col(1));
+  Eigen::Matrix<double, 3, 2> axes;
+  axes << along, rest.stableNormalized();
+  const Eigen::JacobiSVD<Eigen::Matrix2d> svd(axes.transpose() * deformation,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector2d clamped = svd.singularValues();
   for (double& sigma : clamped) {
     if (sigma > 0) sigma = std::min(std::max(sigma, 1 - limit), 1 + limit);
   }
-  const Eigen::Matrix<double, 3, 2> nearest = svd.matrixU() * clamped.asDiagonal() * svd.matrixV().transpose();
+  const Eigen::Matrix<double, 3, 2> nearest = axes * svd.matrixU() * clamped.asDiagonal() * svd.matrixV().transpose();
   return -mesh.limit_stiffness[t] * (deformation - nearest);
 }
 

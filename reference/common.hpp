@@ -18,6 +18,14 @@ using Vectors = std::vector<Eigen::Vector3d>;
 inline Eigen::Vector3d vec(const Vec3& a) { return {a[0], a[1], a[2]}; }
 inline Vec3 arr(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
+/// The rotation by the angle between two directions, about the axis across both; about any, if they are opposite.
+inline Eigen::Quaterniond turn_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d across = from.cross(to);
+  const bool alike = across.norm() <= 1e-12 * from.norm() * to.norm();
+  const Eigen::Vector3d axis = alike ? from.unitOrthogonal() : across.normalized();
+  return Eigen::Quaterniond(Eigen::AngleAxisd(std::atan2(across.norm(), from.dot(to)), axis));
+}
+
 /// The scene's smoothing kernel (src/stages/kernel.hpp) with its support h.
 class Smoothing {
  public:

@@ -1,6 +1,6 @@
 #include "deforming_body.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <numbers>

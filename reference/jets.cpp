@@ -20,7 +20,7 @@ void let_go_by_keys(ReferenceState& state, const Jet& jet, std::int64_t& q, doub
   if (now <= jet.scene.start) return;
   const double out = jet.speed.integral(jet.scene.start, std::min(now, jet.scene.end));
   const Vector3d axis = vec(jet.aim.at(now)).normalized();
-  const auto turn = Eigen::Quaterniond::FromTwoVectors(vec(jet.aim.plain()), axis);
+  const auto turn = turn_between(vec(jet.aim.plain()), axis);
   for (; (static_cast<double>(q) + 0.5) * jet.advance <= out; ++q) {
     const double ahead = out - (static_cast<double>(q) + 0.5) * jet.advance;
     const Vec3& offset = jet.offsets[static_cast<std::size_t>(q) % jet.offsets.size()];
@@ -89,7 +89,7 @@ class MovingMouth {
     const PinMotion& m = mouth_.motion;
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(m.rate.integral(0, time), vec(m.axis)).toRotationMatrix();
     Vector3d offset = vec(jet_.offsets[p]), along = axis(time);
-    if (jet_.aim.has_keys()) offset = Eigen::Quaterniond::FromTwoVectors(vec(jet_.aim.plain()), along) * offset;
+    if (jet_.aim.has_keys()) offset = turn_between(vec(jet_.aim.plain()), along) * offset;
     if (!mouth_.directions.empty()) along = vec(mouth_.directions.front()[p]);
     const Vector3d centre = vec(m.center) + vec(m.velocity.integral(0, time)) + vec(m.path.at(time)),
                    x = centre + turn * (vec(jet_.scene.center) + offset - vec(m.center)),

@@ -1,6 +1,6 @@
 #include "rigid_bodies.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 
@@ -186,8 +186,21 @@ Six held_by_hinge(const ReferenceState& state, Index body, const Joint& joint, d
   Six wanted;
   wanted << base.velocity_at(pose.position + arm), one.dot(base.spin), two.dot(base.spin), 0;
   const auto solve = [&](int count) {
-    const Eigen::MatrixXd j = rows.topRows(count);
-    const Eigen::VectorXd impulse = (j * inverse * j.transpose()).ldlt().solve(wanted.head(count) - j * velocities);
+    // Of all six rows; those that do not count have no velocity to correct and nothing in common with the others.
+    Eigen::Matrix<double, 6, 6> j = rows;
+    for (int row = count; row < 6; ++row) j.row(row).setZero();
+    Eigen::Matrix<double, 6, 6> mobility = j * inverse * j.transpose();
+    Six missing = wanted - j * velocities;
+    for (int row = count; row < 6; ++row) {
+      mobility(row, row) = 1;
+      missing[row] = 0;
+    }
+    // In blocks: the impulse at the point, and the torque, which answers what the point's impulse leaves.
+    const Matrix3d a = mobility.topLeftCorner<3, 3>().inverse(), b = mobility.topRightCorner<3, 3>(),
+                   left = mobility.bottomRightCorner<3, 3>() - b.transpose() * a * b;
+    Six impulse;
+    impulse.tail<3>() = left.inverse() * (missing.tail<3>() - b.transpose() * a * missing.head<3>());
+    impulse.head<3>() = a * (missing.head<3>() - b * impulse.tail<3>());
     return Six(velocities + inverse * j.transpose() * impulse);
   };
   const Six hinged = solve(5);

@@ -1,6 +1,6 @@
 // Stage self_collision of the oracle: every pair is looked at; the law stands in src/stages/self_collision.hpp.
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

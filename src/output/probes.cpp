@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -85,9 +85,9 @@ class LiquidNear {
     if (weight == 0) return found;
     // Where particles are few or in a plane, the fit bends towards their mean.
     moments.diagonal().tail<3>().array() += 1e-3 * weight;
-    const Eigen::Matrix4d fit = moments.ldlt().solve(values);
-    found.pressure = std::max(0.0, fit(0, 0));
-    for (int a = 0; a < 3; ++a) found.velocity[static_cast<std::size_t>(a)] = fit(0, a + 1);
+    const Eigen::RowVector4d here_fit = moments.inverse().row(0) * values;
+    found.pressure = std::max(0.0, here_fit[0]);
+    for (int a = 0; a < 3; ++a) found.velocity[static_cast<std::size_t>(a)] = here_fit[a + 1];
     walls_.for_box(low, high, [&](Index g) {
       const std::size_t b = sample_[static_cast<std::size_t>(g)];
       const double r = (to_eigen(state_.boundary_position[b]) - here).norm();

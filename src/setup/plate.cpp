@@ -1,6 +1,6 @@
 #include "setup/plate.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <map>
 
@@ -111,6 +111,49 @@ class Plate {
     return u;
   }
 
+  using Columns = std::array<Eigen::VectorXd, 3>;
+
+  /// Takes from a column what lies along others of unit length, twice: what rounding leaves after once may be large.
+  static void remove(const Columns& from, std::size_t count, Eigen::VectorXd& column) {
+    for (int round = 0; round < 2; ++round)
+      for (std::size_t i = 0; i < count; ++i) column -= from[i].dot(column) * from[i];
+  }
+
+  /// The least change of the weights across an edge with which they are exact for quadratic functions too. It leaves
+  /// linear functions alone: it is a sum of the quadratic functions' values at the nodes, less their linear parts.
+  static void correct_quadratics(const Unfolded& u, double length, Eigen::MatrixX2d& weight) {
+    Columns linear, bent;
+    for (Columns* columns : {&linear, &bent}) columns->fill(Eigen::VectorXd(weight.rows()));
+    for (Eigen::Index k = 0; k < weight.rows(); ++k) {
+      const Vector2d x = u.place[at(static_cast<Index>(k))] / length;
+      linear[0][k] = 1;
+      linear[1][k] = x.x();
+      linear[2][k] = x.y();
+      bent[0][k] = 0.5 * x.x() * x.x();
+      bent[1][k] = x.x() * x.y();
+      bent[2][k] = 0.5 * x.y() * x.y();
+    }
+    Vector3d wrong;
+    Eigen::Matrix3d gram;
+    for (std::size_t i = 0; i < 3; ++i) {
+      remove(linear, i, linear[i]);
+      linear[i] /= linear[i].norm();
+      wrong[static_cast<Eigen::Index>(i)] = -bent[i].dot(weight.col(1));
+    }
+    for (Eigen::VectorXd& column : bent) remove(linear, 3, column);
+    for (Eigen::Index i = 0; i < 3; ++i)
+      for (Eigen::Index j = 0; j < 3; ++j)
+        gram(i, j) = bent[static_cast<std::size_t>(i)].dot(bent[static_cast<std::size_t>(j)]);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> modes(gram);  // squares of singular values, increasing
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double square = modes.eigenvalues()[k];
+      if (!(square > least_curvature * least_curvature * modes.eigenvalues()[2])) continue;
+      const Vector3d mode = modes.eigenvectors().col(k);
+      const double amount = mode.dot(wrong) / square;
+      for (Eigen::Index i = 0; i < 3; ++i) weight.col(1) += amount * mode[i] * bent[static_cast<std::size_t>(i)];
+    }
+  }
+
   /// g_e: the gradient at the middle of an edge along its axes. It is the same for both triangles, and exact for
   /// quadratic functions: from the mean of both triangles' gradients by the least change of weights.
   PlanarWeights slope(Index edge) const {
@@ -118,12 +161,7 @@ class Plate {
     const Unfolded u = unfold(e);
     const double length = (position(e.b) - position(e.a)).norm();
     const auto count = static_cast<Eigen::Index>(u.node.size());
-    Eigen::MatrixXd weight = Eigen::MatrixXd::Zero(count, 2), linear(count, 3), quadratic(count, 3);
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const Vector2d x = u.place[at(static_cast<Index>(k))] / length;
-      linear.row(k) << 1, x.x(), x.y();
-      quadratic.row(k) << 0.5 * x.x() * x.x(), x.x() * x.y(), 0.5 * x.y() * x.y();
-    }
+    Eigen::MatrixX2d weight = Eigen::MatrixX2d::Zero(count, 2);
     weight(0, 0) = -1 / length;
     weight(1, 0) = 1 / length;
     // across: of a triangle (w_c − w at its foot)/h_c; means with 1/h, which leaves out the curvature across
@@ -135,13 +173,7 @@ class Plate {
       weight(0, 1) -= (1 - foot) * share / c.y();
       weight(1, 1) -= foot * share / c.y();
     }
-    if (e.triangles == 2 && count > 4) {
-      const Eigen::MatrixXd q = linear.householderQr().householderQ();
-      const Eigen::MatrixXd free = q.rightCols(count - 3);  // changes that leave linear functions alone
-      Eigen::JacobiSVD<Eigen::MatrixXd> svd(quadratic.transpose() * free, Eigen::ComputeThinU | Eigen::ComputeThinV);
-      svd.setThreshold(least_curvature);
-      weight.col(1) += free * svd.solve(-quadratic.transpose() * weight.col(1));
-    }
+    if (e.triangles == 2 && count > 4) correct_quadratics(u, length, weight);
     PlanarWeights out;
     for (Eigen::Index k = 0; k < count; ++k) out[u.node[at(static_cast<Index>(k))]] = weight.row(k).transpose();
     return out;

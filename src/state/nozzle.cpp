@@ -69,7 +69,7 @@ Vector3d axis_at(const Jet& jet, double time) { return to_eigen(jet.aim.at(time)
 Leaving carried(const Jet& jet, const Vec3& offset, double time) {
   const PinMotion& motion = jet.mouth->motion;
   Vector3d o = to_eigen(offset);
-  if (jet.aim.has_keys()) o = Eigen::Quaterniond::FromTwoVectors(to_eigen(jet.aim.plain()), axis_at(jet, time)) * o;
+  if (jet.aim.has_keys()) o = shortest_turn(to_eigen(jet.aim.plain()), axis_at(jet, time)) * o;
   const Vector3d arm = turn_at(motion, time) * (to_eigen(jet.scene.center) - to_eigen(motion.center) + o);
   return {to_vec3(to_eigen(motion.center) + way_at(motion, time) + arm),
           to_vec3(to_eigen(motion.velocity.at(time)) + to_eigen(motion.path.derivative(time)) +

@@ -126,7 +126,7 @@ struct RigidContacts::World {
   };
 
   void add(const Joint& j) {
-    const auto turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), to_eigen(j.axis));
+    const auto turn = shortest_turn(Vector3d::UnitZ(), to_eigen(j.axis));
     const auto place_in = [&](const Body& b) {
       const Eigen::Quaterniond back = eigen(b.principal).conjugate(), own = back * turn;
       const Vector3d arm = back * (to_eigen(j.point) - to_eigen(b.center));
@@ -263,7 +263,7 @@ struct RigidContacts::World {
       }
       case BodyScene::Kind::plane: {
         auto half_space = std::make_unique<btCompoundShape>();
-        const auto turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitY(), to_eigen(b.normal));
+        const auto turn = shortest_turn(Vector3d::UnitY(), to_eigen(b.normal));
         half_space->addChildShape(
             btTransform(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()), bullet(-far * to_eigen(b.normal))),
             box(Vector3d::Constant(far)));
