@@ -232,6 +232,8 @@ void check_cloth(Section& s, const ClothScene& cloth) {
     s.check(!s.has(key) || cloth.material.porous, key,
             "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
   check_pins(s, cloth);
+  s.check(cloth.dynamics || cloth.velocity == Vec3{0, 0, 0}, "velocity",
+          "moves a cloth with dynamics: false; allowed: only with dynamics: true");
   check_saturations(s, "initial_saturation", cloth.initial_saturation, cloth);
   check_saturations(s, "hold_saturation", cloth.hold_saturation, cloth);
   s.check(cloth.initial_stain.empty() || cloth.material.porous, "initial_stain",
@@ -398,6 +400,9 @@ void describe(Section& s, ClothScene& cloth) {
   s.integer("settle", cloth.settle, "[1, 100000]", "1",
             "number of steps over which nodes that start inside a body are moved out");
   s.boolean("dynamics", cloth.dynamics, "`false`: the cloth does not move and is not solved, for wicking and filters");
+  s.saved_if(cloth.velocity != Vec3{0, 0, 0})
+      .numbers("velocity", cloth.velocity, speed_range, "m/s",
+               "initial velocity of the nodes that are not pinned; not with `dynamics: false`");
   s.list("initial_saturation", cloth.initial_saturation,
          "initial saturation inside boxes; 0 elsewhere; only with `porous`");
   s.list("hold_saturation", cloth.hold_saturation,

@@ -96,9 +96,9 @@ void describe_pores(Section& s, MaterialScene& fabric) {
 }
 
 void refuse_keys_of_the_cloth(Section& s) {
-  for (const char* key :
-       {"compression", "strain_damping", "strain_limit", "slip", "sample_spacing", "settle", "self_collision",
-        "dynamics", "pin", "mesh", "place", "name", "initial_saturation", "hold_saturation", "initial_stain"})
+  for (const char* key : {"compression", "strain_damping", "strain_limit", "slip", "sample_spacing", "settle",
+                          "self_collision", "dynamics", "velocity", "pin", "mesh", "place", "name",
+                          "initial_saturation", "hold_saturation", "initial_stain"})
     s.not_here(key, of_the_cloth);
 }
 

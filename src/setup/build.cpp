@@ -231,6 +231,9 @@ void init_nodes(const Model& m, HostState& s) {
   const std::size_t nodes = m.mesh.rest_position.size();
   s.node_position = m.mesh.rest_position;
   s.node_velocity.assign(nodes, Vec3{0, 0, 0});
+  for (std::size_t k = 0; k < m.cloths.size(); ++k)
+    for (Index n = m.cloths[k].first_node; n < m.cloths[k].first_node + m.cloths[k].node_count; ++n)
+      if (!m.mesh.pinned[at(n)]) s.node_velocity[at(n)] = m.scene.cloths[k].velocity;
   s.node_liquid.assign(nodes, 0);
   s.node_buffered.assign(nodes, 0);
   s.node_contact_force.assign(nodes, Vec3{0, 0, 0});

@@ -111,9 +111,10 @@ class Paths {
   double reach_ = 0, longest_ = 0, patience_ = 0;
 };
 
-/// The fastest body, and the fastest pin, m/s.
+/// The fastest body, the fastest pin, and the fastest cloth at the start, m/s.
 double driven_speed(const Model& model) {
   double fastest = 0;
+  for (const ClothScene& cloth : model.scene.cloths) fastest = std::max(fastest, to_eigen(cloth.velocity).norm());
   for (const Body& body : model.bodies)
     fastest = std::max(fastest, body.velocity.largest() + body.path.largest_derivative() +
                                     std::max(body.spin_rate.largest(), body.turn_rate) * body.reach +

@@ -95,6 +95,7 @@ cloth:
          breakthrough_pressure: 200, critical_saturation: 0.45}}
   - name: moved
     mesh: {grid: {size: [1, 1], nodes: [5, 5]}}
+    velocity: [3, 0, -0.5]
     membrane: {warp: 900, weft: 450, shear: 90}
     warp: [0, 0.5, 1]
     pin:

@@ -320,6 +320,9 @@ void SceneDraw::cloth(int number, int count) {
   const bool still = chance(0.15);
   if (still) yaml += "    dynamics: false\n";
   if (chance(0.4)) yaml += "    self_collision: true\n";
+  yaml += drawn_by(latest_, still ? 0 : 0.15, [&] {
+    return fmt::format("    velocity: [{:.3g}, {:.3g}, {:.3g}]\n", uniform(-2, 2), uniform(-2, 2), uniform(-2, 2));
+  });
   const std::string pinned = still ? std::string() : pins(nx, nz);
   const std::string pores = filmed_or_squeezed(chance(0.8) ? porous() : "", still);
   yaml += pinned + pores + regions(thickness, pores);
