@@ -109,10 +109,10 @@ cloth:
     self_collision: true
     pin:
       - box: {{min: [-1, -1, -1], max: [-0.299, 1, 1]}}
-        offset: [[0, [0, 0, 0]], [1.5, [0.035, 0, 0]]]
+        offset: [[0, [0, 0, 0]], [1.5, [0.025, 0, 0]]]
         spin: {{axis: [1, 0, 0], degrees_per_second: [[0, {3}], [1.5, {3}], [1.501, 0]]}}
       - box: {{min: [0.299, -1, -1], max: [1, 1, 1]}}
-        offset: [[0, [0, 0, 0]], [1.5, [-0.035, 0, 0]]]
+        offset: [[0, [0, 0, 0]], [1.5, [-0.025, 0, 0]]]
         spin: {{axis: [-1, 0, 0], degrees_per_second: [[0, {3}], [1.5, {3}], [1.501, 0]]}}
     initial_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1, 1]}}, value: 1}}]
     porous: {{solid_fraction: 0.15, capillary_height: 0.12, compressibility: 0.8}}
