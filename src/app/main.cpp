@@ -80,7 +80,7 @@ void add_run_options(CLI::App& run, drench::RunOptions& options) {
       ->allow_extra_args(false);
   run.add_option("--resume", options.resume,
                  "continue from this checkpoint, or from the newest one in this output folder");
-  run.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
+  run.add_option("--threads", options.threads, "number of threads")->check(at_least(1, drench::most_threads));
   run.add_flag("--quiet", options.quiet, "print only errors");
   run.add_flag("--profile", options.profile, "print the time of each stage at the end");
   run.add_flag("--no-output", options.no_output, "write no files");
@@ -113,7 +113,7 @@ void add_compare_options(CLI::App& compare, drench::CompareOptions& options) {
       ->check(at_least(0));
   compare.add_option("--set", options.overrides, "KEY=VALUE: change a key of the scene; repeatable")
       ->allow_extra_args(false);
-  compare.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
+  compare.add_option("--threads", options.threads, "number of threads")->check(at_least(1, drench::most_threads));
   compare.footer(
       "Examples:\n"
       "  drench compare scene.yaml\n"
@@ -126,7 +126,7 @@ void add_check_options(CLI::App& check, drench::CheckOptions& options) {
   check.add_option("--set", options.overrides, "KEY=VALUE: change a key of the scene; repeatable")
       ->allow_extra_args(false);
   check.add_option("--threads", options.threads, "number of threads (default: as many as there are cores)")
-      ->check(at_least(1));
+      ->check(at_least(1, drench::most_threads));
   check.add_option("--ranks", options.ranks, "print particles and memory per rank for this many MPI ranks")
       ->check(at_least(1, 65536));
   check.footer(
@@ -203,7 +203,7 @@ void add_new_options(CLI::App& command, drench::NewOptions& options) {
                      "mesh of the body that wears it; a pattern such as \"body_*.obj\" for an animated one");
   command.add_option("--prim", options.prim, "mesh of the garment in an imported file (default: the only one)");
   command.add_option("--body-prim", options.body_prim, "mesh of the body in an imported file (default: the only one)");
-  command.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
+  command.add_option("--threads", options.threads, "number of threads")->check(at_least(1, drench::most_threads));
   command.footer(
       "Examples:\n"
       "  drench new\n"
@@ -228,7 +228,7 @@ void add_test_options(CLI::App& command, drench::TestOptions& options) {
   command.add_flag("--list", options.list, "list the tests");
   command.add_flag("--json", options.json, "print result.json instead of a table");
   command.add_flag("--quiet", options.quiet, "print no line per specimen");
-  command.add_option("--threads", options.threads, "number of threads")->check(at_least(1));
+  command.add_option("--threads", options.threads, "number of threads")->check(at_least(1, drench::most_threads));
   command.footer(
       "Examples:\n"
       "  drench test\n"
@@ -307,7 +307,7 @@ CommandLine::CommandLine() {
   add_new_options(*new_, new_options_);
   add_test_options(*test_, test_options_);
   drench::add_fit_options(*fit_, fit_options_);
-  info_->add_option("--threads", info_threads_, "number of threads")->check(at_least(1));
+  info_->add_option("--threads", info_threads_, "number of threads")->check(at_least(1, drench::most_threads));
   info_->footer("Examples:\n  drench info\n  drench info --threads 2");
   schema_->footer("Examples:\n  drench schema\n  drench schema | grep spacing");
 }

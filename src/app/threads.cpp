@@ -32,7 +32,7 @@ void settle_threads(char** argv, int asked) {
     return;
   const int cores = allowed_cores();
   if (asked <= 0)
-    if (const char* given = std::getenv("OMP_NUM_THREADS")) asked = std::atoi(given);
+    if (const char* given = std::getenv("OMP_NUM_THREADS")) asked = std::min(std::atoi(given), most_threads);
   if (cores == 1 || asked == 1) return;
   int free = 0;
   // A program that has just ended may have had a core for a part of the first look.

@@ -87,7 +87,7 @@ int allowed_cores() {
 int host_threads() {
   const char* given = std::getenv("OMP_NUM_THREADS");
   const int asked = given == nullptr ? 0 : std::atoi(given);
-  return asked > 0 ? asked : allowed_cores();
+  return std::min(asked > 0 ? asked : allowed_cores(), most_threads);
 }
 
 OtherPrograms::OtherPrograms() : others_(machine_seconds()), now_(seconds(CLOCK_MONOTONIC)) {

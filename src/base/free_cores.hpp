@@ -8,6 +8,9 @@ namespace drench {
 /// Cores that this process is allowed to use: by its affinity, and by the quota of its control group.
 int allowed_cores();
 
+/// Kokkos' OpenMP backend has room for so many; with more it would write beyond its tables.
+inline constexpr int most_threads = 512;
+
 /// Threads for work on the host that goes on beside no other: OMP_NUM_THREADS if the environment has it, else
 /// allowed_cores().
 int host_threads();

@@ -163,7 +163,8 @@ void check_parts(Section& s, const Scene& scene) {
     const std::string& name = scene.bodies[i].name;
     s.check(name.empty() || bodies.insert(name).second, fmt::format("bodies.{}.name", i),
             fmt::format("an earlier body is also named '{}'; allowed: a different name for each body", name));
-    const char* kind = scene.bodies[i].kind == BodyScene::Kind::sphere ? "sphere" : "box";
+    constexpr const char* kinds[] = {"box", "sphere", "plane", "mesh"};
+    const char* const kind = kinds[static_cast<std::size_t>(scene.bodies[i].kind)];
     s.not_available(scene.bodies[i].dynamic && !scene.fluid.present, fmt::format("bodies.{}.{}.dynamic", i, kind),
                     "a dynamic body in a scene without fluid", "false, or a scene with fluid");
   }

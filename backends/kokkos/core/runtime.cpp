@@ -134,7 +134,11 @@ BackendRuntime::BackendRuntime(int threads, bool quiet) {
   if (starts) {
     require_device();
     Kokkos::InitializationSettings settings;
-    if (threads > 0) settings.set_num_threads(threads);
+    const char* const given = std::getenv("OMP_NUM_THREADS");
+    if (threads > 0)
+      settings.set_num_threads(std::min(threads, most_threads));
+    else if (given != nullptr && std::atoi(given) > most_threads)
+      settings.set_num_threads(most_threads);
 #ifdef KOKKOS_ENABLE_CUDA
     int device = 0;
     if (started_ranks() > 1 && cudaGetDevice(&device) == cudaSuccess) settings.set_device_id(device);
