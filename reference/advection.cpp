@@ -1,6 +1,5 @@
 // Stage advection of the oracle; the law and the numbers of its parts stand in src/stages/advection.hpp.
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -124,19 +123,12 @@ struct MovingCloth {
 /// The largest singular value of any triangle's deformation since its rest shape, at least 1.
 double largest_stretch(const Model& m, const std::vector<Vec3>& nodes) {
   double largest = 1;
-  for (const auto& t : m.mesh.triangle) {
-    const auto edges = [&](const std::vector<Vec3>& x) {
-      Eigen::Matrix<double, 3, 2> e;
-      e << vec(x[t[1]]) - vec(x[t[0]]), vec(x[t[2]]) - vec(x[t[0]]);
-      return e;
-    };
-    // The deformation in an orthonormal basis of the rest triangle: E E0⁻¹ with E0 = Q R, so E R⁻¹.
-    const Eigen::Matrix<double, 3, 2> rest = edges(m.mesh.rest_position);
-    const Eigen::Matrix2d r = (rest.transpose() * rest).llt().matrixU();
-    const Eigen::Matrix<double, 3, 2> deformation = edges(nodes) * r.inverse();
-    const Eigen::Matrix2d c = deformation.transpose() * deformation;
-    const double squared = 0.5 * c.trace() + std::hypot(0.5 * (c(0, 0) - c(1, 1)), c(0, 1));  // its largest eigenvalue
-    largest = std::max(largest, std::sqrt(squared));
+  for (std::size_t t = 0; t < m.mesh.triangle.size(); ++t) {
+    const auto [a, b, c] = m.mesh.triangle[t];
+    Eigen::Matrix<double, 3, 2> edges;
+    edges << vec(nodes[b]) - vec(nodes[a]), vec(nodes[c]) - vec(nodes[a]);
+    const Eigen::Matrix<double, 3, 2> deformation = edges * rest_frame(m.mesh, static_cast<Index>(t)).inverse();
+    largest = std::max(largest, std::sqrt(eigenvalues(deformation.transpose() * deformation)[1]));
   }
   return largest;
 }

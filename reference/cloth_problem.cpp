@@ -31,7 +31,6 @@ Eigen::Matrix2d rest_frame(const ClothMesh& mesh, Index t) {
   const auto [a, b, c] = mesh.triangle[t];
   const Vector3d first = vec(mesh.rest_position[b]) - vec(mesh.rest_position[a]),
                  second = vec(mesh.rest_position[c]) - vec(mesh.rest_position[a]);
-  // The first axis along the first edge, the second towards the third corner.
   Eigen::Matrix2d frame;
   frame << first.norm(), first.normalized().dot(second), 0, first.normalized().cross(second).norm();
   return frame;

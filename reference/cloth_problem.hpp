@@ -18,7 +18,8 @@ struct NodeContact {
   double press = 0;
 };
 
-/// Rest shape of a triangle in its own plane, D (m): the deformation is F = [x1 − x0, x2 − x0] D⁻¹, by Eigen's QR.
+/// Rest shape of a triangle in its own plane, D (m): the deformation is F = [x1 − x0, x2 − x0] D⁻¹. The first
+/// axis lies along x1 − x0, the second towards x2.
 Eigen::Matrix2d rest_frame(const ClothMesh& mesh, Index t);
 /// Rows: ∇N of the three corners in that plane, 1/m.
 Eigen::Matrix<double, 3, 2> corner_gradients(const Eigen::Matrix2d& frame);

@@ -26,6 +26,12 @@ inline Eigen::Quaterniond turn_between(const Eigen::Vector3d& from, const Eigen:
   return Eigen::Quaterniond(Eigen::AngleAxisd(std::atan2(across.norm(), from.dot(to)), axis));
 }
 
+/// The eigenvalues of a symmetric matrix, the smaller one first.
+inline Eigen::Vector2d eigenvalues(const Eigen::Matrix2d& a) {
+  const double mean = 0.5 * a.trace(), apart = std::hypot(0.5 * (a(0, 0) - a(1, 1)), a(0, 1));
+  return {mean - apart, mean + apart};
+}
+
 /// The scene's smoothing kernel (src/stages/kernel.hpp) with its support h.
 class Smoothing {
  public:

@@ -58,9 +58,8 @@ double isotropy(const ReferenceState& state, const ClothMaterial& cloth, double&
     const Eigen::Vector2d away = rest_uv(n) - mean;
     moment += static_cast<double>(state.s.node_liquid[n]) / mass * away * away.transpose();
   }
-  const double mean_square = 0.5 * moment.trace(),
-               apart = std::hypot(0.5 * (moment(0, 0) - moment(1, 1)), moment(0, 1)), largest = mean_square + apart;
-  return largest > 1e-12 * size / mass ? std::max(0.0, (mean_square - apart) / largest) : 0;
+  const Eigen::Vector2d lambda = eigenvalues(moment);
+  return lambda[1] > 1e-12 * size / mass ? std::max(0.0, lambda[0] / lambda[1]) : 0;
 }
 
 }  // namespace

@@ -186,7 +186,7 @@ Six held_by_hinge(const ReferenceState& state, Index body, const Joint& joint, d
   Six wanted;
   wanted << base.velocity_at(pose.position + arm), one.dot(base.spin), two.dot(base.spin), 0;
   const auto solve = [&](int count) {
-    // Of all six rows; those that do not count have no velocity to correct and nothing in common with the others.
+    // All six rows are solved; those beyond `count` ask for nothing and are coupled to none.
     Eigen::Matrix<double, 6, 6> j = rows;
     for (int row = count; row < 6; ++row) j.row(row).setZero();
     Eigen::Matrix<double, 6, 6> mobility = j * inverse * j.transpose();
