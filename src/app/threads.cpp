@@ -30,9 +30,9 @@ void settle_threads(char** argv, int asked) {
   setenv("OMP_PROC_BIND", "false", 0);
   if (std::getenv("OMP_WAIT_POLICY") != nullptr || std::getenv("GOMP_SPINCOUNT") != nullptr || !can_start_anew())
     return;
-  const int cores = allowed_cores();
+  const int cores = std::min(allowed_cores(), most_threads);
   if (asked <= 0)
-    if (const char* given = std::getenv("OMP_NUM_THREADS")) asked = std::min(std::atoi(given), most_threads);
+    if (std::getenv("OMP_NUM_THREADS") != nullptr) asked = host_threads();
   if (cores == 1 || asked == 1) return;
   int free = 0;
   // A program that has just ended may have had a core for a part of the first look.

@@ -12,7 +12,7 @@ int allowed_cores();
 inline constexpr int most_threads = 512;
 
 /// Threads for work on the host that goes on beside no other: OMP_NUM_THREADS if the environment has it, else
-/// allowed_cores().
+/// allowed_cores(); at most most_threads.
 int host_threads();
 
 /// Cores of a control group's file cpu.max, "quota period" in µs; 0 where it sets no limit.

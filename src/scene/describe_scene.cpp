@@ -163,8 +163,9 @@ void check_parts(Section& s, const Scene& scene) {
     const std::string& name = scene.bodies[i].name;
     s.check(name.empty() || bodies.insert(name).second, fmt::format("bodies.{}.name", i),
             fmt::format("an earlier body is also named '{}'; allowed: a different name for each body", name));
-    constexpr const char* kinds[] = {"box", "sphere", "plane", "mesh"};
-    const char* const kind = kinds[static_cast<std::size_t>(scene.bodies[i].kind)];
+    using Kind = BodyScene::Kind;
+    const Kind shape = scene.bodies[i].kind;  // planes are never dynamic
+    const char* const kind = shape == Kind::sphere ? "sphere" : shape == Kind::mesh ? "mesh" : "box";
     s.not_available(scene.bodies[i].dynamic && !scene.fluid.present, fmt::format("bodies.{}.{}.dynamic", i, kind),
                     "a dynamic body in a scene without fluid", "false, or a scene with fluid");
   }

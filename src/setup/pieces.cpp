@@ -78,8 +78,7 @@ std::string warning_of(const std::vector<std::size_t>& loose, std::size_t pieces
   const std::size_t listed = std::min(loose.size(), most_listed);
   return fmt::format(
       "nothing holds piece{} {}{} of {}: cloth without a pin, a seam to another piece or a body below it falls; use "
-      "weld "
-      "or sew, a pin, or a body",
+      "weld or sew, a pin, or a body",
       loose.size() == 1 ? "" : "s", fmt::join(loose.begin(), loose.begin() + static_cast<std::ptrdiff_t>(listed), ", "),
       listed < loose.size() ? fmt::format(" and {} more", loose.size() - listed) : "", pieces);
 }

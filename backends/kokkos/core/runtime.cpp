@@ -134,10 +134,9 @@ BackendRuntime::BackendRuntime(int threads, bool quiet) {
   if (starts) {
     require_device();
     Kokkos::InitializationSettings settings;
-    const char* const given = std::getenv("OMP_NUM_THREADS");
     if (threads > 0)
       settings.set_num_threads(std::min(threads, most_threads));
-    else if (given != nullptr && std::atoi(given) > most_threads)
+    else if (host_threads() == most_threads)  // the machine or OMP_NUM_THREADS may have more
       settings.set_num_threads(most_threads);
 #ifdef KOKKOS_ENABLE_CUDA
     int device = 0;
