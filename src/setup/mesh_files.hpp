@@ -1,5 +1,5 @@
 #pragma once
-// Mesh files by format: readers of .obj and .ply, and what VTK must not be given of .stl.
+// Mesh files by format: readers of .obj, .ply and of .stl texts, and what VTK must not be given of binary .stl.
 
 #include <array>
 #include <cstddef>
@@ -25,6 +25,7 @@ struct PolygonFile {
   std::vector<double> mass;                     // kg; likewise
   std::vector<std::int64_t> id;                 // likewise
   std::map<std::string, std::vector<double>> attributes;  // of points: those asked for that the file has, 0 to 1
+  std::string note;                                       // a doubt whether the file is complete, else ""
   bool facets = false;  // each face has points of its own (.stl): copies of a point are one
 };
 
@@ -41,8 +42,19 @@ PolygonFile read_obj_file(const std::string& path, bool names = false);
 PolygonFile read_ply_file(const std::string& path, bool particles = false,
                           const std::set<std::string>& attributes = {});
 
-/// SetupError for a binary .stl file with fewer triangles than it says. Texts pass: VTK refuses bad ones.
-void check_stl_file(const std::string& path);
+/// Is an .stl file a text? VTK tells it in the same way.
+bool is_stl_text(const std::string& bytes);
+
+/// Three points per facet. The coordinates have single precision, as those of a binary file. SetupError, with the line:
+/// a word that does not belong there, a vertex that is not three finite numbers, or an end before `endsolid`.
+PolygonFile read_stl_text(const std::string& path, const std::string& bytes);
+
+/// SetupError for a binary .stl file with fewer triangles than its header gives; a note about one with more, else "".
+std::string check_stl_file(const std::string& path, const std::string& bytes);
+
+/// Throws SetupError if the contents are clearly of something else than the file's ending (".obj") says: a Git LFS
+/// pointer, a web page, another format, or nothing at all.
+void check_mesh_content(const std::string& path, const std::string& ending);
 
 /// The bytes of a file. SetupError: it cannot be opened.
 std::string bytes_of_mesh(const std::string& path);

@@ -38,6 +38,8 @@ std::string find_file(const std::string& file, const std::string& scene_path) {
     const fs::path beside = fs::path(scene_path).parent_path() / file;
     if (fs::is_regular_file(beside, ignored)) return beside.string();
   }
+  if (fs::is_directory(file, ignored))
+    throw SetupError("mesh file '" + file + "': it is a folder; allowed: a file .obj, .ply or .stl");
   if (!fs::is_regular_file(file, ignored)) throw SetupError("mesh file '" + file + "': no such file");
   return file;
 }
@@ -53,8 +55,9 @@ struct Messages {
 };
 
 /// Three points a facet: VTK's own merging would drop facets.
-PolygonFile read_stl_file(const std::string& path) {
-  check_stl_file(path);
+PolygonFile read_stl_file(const std::string& path, const std::string& bytes) {
+  if (is_stl_text(bytes)) return read_stl_text(path, bytes);
+  std::string note = check_stl_file(path, bytes);
   Messages messages;
   vtkNew<vtkCallbackCommand> observer;
   observer->SetCallback(Messages::collect);
@@ -69,6 +72,7 @@ PolygonFile read_stl_file(const std::string& path) {
   reader->Update();
   if (!messages.error.empty()) unreadable_mesh(path, messages.warning.empty() ? messages.error : messages.warning);
   PolygonFile file;
+  file.note = std::move(note);
   file.facets = true;
   vtkPolyData* data = reader->GetOutput();
   for (vtkIdType p = 0; p < data->GetNumberOfPoints(); ++p) {
@@ -90,9 +94,12 @@ PolygonFile read_file(const std::string& file, const std::string& scene_path, bo
   const std::string path = find_file(file, scene_path);
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (ending == ".obj") return read_obj_file(path, names);
-  if (ending == ".ply") return read_ply_file(path, false, attributes);
-  if (ending == ".stl") return read_stl_file(path);
+  if (ending == ".obj" || ending == ".ply" || ending == ".stl") {
+    check_mesh_content(path, ending);
+    if (ending == ".obj") return read_obj_file(path, names);
+    if (ending == ".ply") return read_ply_file(path, false, attributes);
+    return read_stl_file(path, bytes_of_mesh(path));
+  }
   throw SetupError("mesh file '" + file + "': unknown extension; allowed: .obj, .ply, .stl");
 }
 
@@ -176,8 +183,13 @@ FileMesh mesh_of(const PolygonFile& file, const std::string& name) {
   mesh.triangles = result.division.triangles;
   mesh.left_out = result.division.left_out(file, name);
   if (mesh.triangles.empty())
-    throw SetupError("mesh file '" + name + "': it holds no triangles" +
-                     (mesh.left_out.empty() ? "" : ": " + mesh.left_out));
+    throw SetupError("mesh file '" + name + "': it holds no triangles: " +
+                     (!mesh.left_out.empty() ? mesh.left_out
+                      : file.points.empty()  ? "no points or faces were found in it"
+                      : file.face_end.empty()
+                          ? fmt::format("{} points, but no faces; is the file complete?", file.points.size())
+                          : "its faces have fewer than three corners"));
+  if (!file.note.empty()) mesh.left_out += (mesh.left_out.empty() ? "" : "; ") + file.note;
   const auto edges = file.facets ? mesh_edges(mesh.triangles) : std::vector<MeshEdge>{};
   if (std::any_of(edges.begin(), edges.end(), [](const MeshEdge& e) { return e.triangles > 2; })) {
     result.source = separate_facets(file.points, mesh.triangles);

@@ -54,9 +54,17 @@ double triangle_height(const Vec3& a, const Vec3& b, const Vec3& c) {
 }
 
 void check_points(const std::vector<Vec3>& points, const std::string& name) {
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (!to_eigen(points[i]).allFinite())
+  constexpr double farthest = 1e5;  // m; in single precision rounded to 8 mm
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3& x = points[i];
+    if (!to_eigen(x).allFinite())
       throw SetupError(fmt::format("{}: point {} of the mesh is not a finite number", name, i));
+    if (to_eigen(x).cwiseAbs().maxCoeff() > farthest)
+      throw SetupError(
+          fmt::format("{}: point {} of the mesh is at ({:.3g}, {:.3g}, {:.3g}) m; allowed: coordinates from -{} to {} "
+                      "m; check the file, unit and scale",
+                      name, i, x[0], x[1], x[2], farthest, farthest));
+  }
 }
 
 void check_mesh(const SurfaceMesh& mesh, const std::string& name, double min_area_ratio) {

@@ -43,7 +43,7 @@ inline constexpr double cloth_min_area_ratio = 1e-6;
 /// without area, the same triangle twice, or an edge with more than two triangles.
 void check_mesh(const SurfaceMesh& mesh, const std::string& name, double min_area_ratio);
 
-/// Throws SetupError, beginning with `name`, for a point that is not finite.
+/// Throws SetupError, beginning with `name`, for a point that is not finite or farther than 100 km from the origin.
 void check_points(const std::vector<Vec3>& points, const std::string& name);
 
 /// True when every edge has exactly two triangles, so that the mesh has an inside.

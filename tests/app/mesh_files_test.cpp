@@ -355,10 +355,80 @@ TEST_F(MeshFiles, BadOnesAreRefused) {
   EXPECT_TRUE(has(error("nan.stl",
                         "solid\nfacet normal 0 0 1\nouter loop\nvertex nan 0 0\nvertex 1 0 0\nvertex 0 1 "
                         "0\nendloop\nendfacet\nendsolid\n"),
-                  "is not a finite number"));
-  EXPECT_TRUE(has(error("bare.stl", "facet normal 0 0 1\n"), "Expecting 'solid' found 'facet'"));
+                  "line 4: a vertex needs three finite numbers"));
+  EXPECT_TRUE(has(error("bare.stl", "facet normal 0 0 1\n"), "line 1: expected 'solid', found 'facet'"));
   EXPECT_TRUE(has(error("cut.stl", std::string(80, '\0') + "\3" + std::string(60, '\0')),
                   "its header gives 3 triangles, but its size allows 1"));
+  EXPECT_TRUE(has(error("vast.stl", std::string(80, '\0') + std::string("\x00\x28\x6b\xee", 4) + std::string(60, '\0')),
+                  "its header gives 4000000000 triangles, but its size allows 1"));
+}
+
+TEST_F(MeshFiles, WithOtherContentsOrCutOffNameTheReason) {
+  const auto error = [&](const std::string& name, const std::string& text) {
+    try {
+      read_mesh(write(name, text), "");
+    } catch (const SetupError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  const std::string facet =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+  const struct {
+    const char* name;
+    std::string text, why;
+  } files[] = {
+      {"lfs.obj", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n",
+       "it is a Git LFS pointer, not the mesh: run git lfs pull"},
+      {"page.stl", "\n<!DOCTYPE html>\n<html></html>\n", "it is a web page, not a mesh"},
+      {"scene.obj", "<?xml version=\"1.0\"?>\n<COLLADA/>\n", "it is XML, such as COLLADA (.dae): convert it to .obj"},
+      {"scene.ply", std::string("glTF\2\0\0\0", 8), "it is binary glTF"},
+      {"none.stl", "", "it is empty"},
+      {"text.stl", "# a comment\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+       "its content is of the format .obj, not .stl: rename it to .obj"},
+      {"text.ply", "solid a\n" + facet + "endsolid a\n", "its content is of the format .stl, not .ply"},
+      {"binary.obj", std::string(80, '\0') + std::string("\1\0\0\0", 4) + std::string(50, '\0'),
+       "its content is of the format .stl, not .obj"},
+      {"names.stl", "ply\nformat ascii 1.0\n", "its content is of the format .ply, not .stl"},
+      {"points.obj", "v 0 0 0\nv 1 0 0\n", "it holds no triangles: 2 points, but no faces; is the file complete?"},
+      {"noise.obj", "nothing of a mesh\n", "it holds no triangles: no points or faces were found in it"},
+      {"open.stl", "solid a\n" + facet + facet, "line 16: the text ends before 'endsolid': the file is incomplete"},
+      {"half.stl", "solid a\n" + facet + facet.substr(0, 43), "line 12: expected 'vertex', but the text ends"},
+  };
+  for (const auto& [name, text, why] : files) {
+    const std::string found = error(name, text);
+    EXPECT_NE(found.find(why), std::string::npos) << name << ": " << found;
+    EXPECT_EQ(found.find('\n'), std::string::npos) << found;
+    EXPECT_LT(found.size(), 300U) << found;
+  }
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
+  EXPECT_EQ(read_mesh(write("whole.obj", corners + "f 1 2 3\nf 2 4 3\n"), "").left_out, "");
+  EXPECT_NE(read_mesh(write("cut.obj", corners + "f 1 2 3\nf 2 4 3"), "")
+                .left_out.find("it ends within line 6, a face, without a line break: it may be incomplete"),
+            std::string::npos);
+  EXPECT_EQ(read_mesh(write("two.stl", "solid a\n" + facet + "endsolid a\nSOLID b\n" + facet + "endsolid"), "")
+                .triangles.size(),
+            2U);
+  std::string binary = std::string(80, '\0') + std::string("\1\0\0\0", 4);
+  const float numbers[] = {0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const std::string triangle =
+      std::string(reinterpret_cast<const char*>(numbers), sizeof numbers) + std::string(2, '\0');
+  EXPECT_EQ(read_mesh(write("one.stl", binary + triangle), "").left_out, "");
+  EXPECT_NE(read_mesh(write("more.stl", binary + triangle + triangle), "")
+                .left_out.find("its header gives 1 triangles, but its size allows 2: the others are not read"),
+            std::string::npos);
+}
+
+TEST_F(MeshFiles, FarFromTheOriginAreRejectedWithTheVertex) {
+  Scene scene;
+  ClothScene cloth;
+  cloth.file = write("far.obj", "v 1e30 0 0\nv 0 1e30 0\nv 0 0 1e30\nf 1 2 3\n");
+  scene.cloths.push_back(cloth);
+  const std::string text = error_of(scene);
+  EXPECT_NE(text.find("point 0 of the mesh is at (1e+30, 0, 0) m; allowed: coordinates from -100000 to 100000 m; check "
+                      "the file, unit and scale"),
+            std::string::npos)
+      << text;
 }
 
 }  // namespace
