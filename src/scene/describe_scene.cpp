@@ -7,6 +7,7 @@
 
 #include "scene/describe.hpp"
 #include "scene/load.hpp"
+#include "scene/nearest_word.hpp"
 
 namespace drench {
 namespace {
@@ -82,12 +83,26 @@ auto body_named(const Scene& scene, const std::string& name) {
   return std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyScene& b) { return b.name == name; });
 }
 
+/// For a name that none of `parts` has, in a key such as `bodies.N.name`.
+template <class Parts>
+std::string no_such(const char* kind, const std::string& name, const Parts& parts, const char* names) {
+  std::vector<std::string> known;
+  for (const auto& part : parts)
+    if (!part.name.empty()) known.push_back(part.name);
+  const std::string near = nearest_word(name, known);
+  return fmt::format("there is no {} named '{}';{} allowed: a value of {}", kind, name,
+                     near.empty() ? "" : fmt::format(" did you mean '{}'?", near), names);
+}
+
+std::string no_body(const Scene& scene, const std::string& name) {
+  return no_such("body", name, scene.bodies, "bodies.N.name");
+}
+
 /// Pins follow a body whose motion does not depend on them.
 void check_followed_body(Section& s, const Scene& scene, const std::string& name, const std::string& key) {
   if (name.empty()) return;
   const auto body = body_named(scene, name);
-  s.check(body != scene.bodies.end(), key,
-          fmt::format("there is no body named '{}'; allowed: a value of bodies.N.name", name));
+  s.check(body != scene.bodies.end(), key, no_body(scene, name));
   if (body != scene.bodies.end())
     s.not_available(body->dynamic, key, "a pin that follows a dynamic body", "a body without dynamic: true");
 }
@@ -99,7 +114,7 @@ void check_joints(Section& s, const Scene& scene) {
     const std::string key = fmt::format("joints.{}.hinge.", i);
     for (const auto& [part, name] : {std::pair{"body", joint.body}, {"to", joint.to}})
       s.check((name.empty() && part == std::string_view("to")) || body_named(scene, name) != scene.bodies.end(),
-              key + part, fmt::format("there is no body named '{}'; allowed: a value of bodies.N.name", name));
+              key + part, no_body(scene, name));
     const auto body = body_named(scene, joint.body);
     s.check(body == scene.bodies.end() || body->dynamic, key + "body",
             fmt::format("'{}' is not a dynamic body; allowed: a body with dynamic: true", joint.body));
@@ -121,11 +136,9 @@ void check_probes(Section& s, const Scene& scene) {
       return std::any_of(list.begin(), list.end(), [&](const auto& part) { return part.name == probe.of; });
     };
     if (probe.kind == Kind::body)
-      s.check(named(scene.bodies), key + "body",
-              fmt::format("there is no body named '{}'; allowed: a value of bodies.N.name", probe.of));
+      s.check(named(scene.bodies), key + "body", no_body(scene, probe.of));
     else if (probe.kind == Kind::cloth)
-      s.check(named(scene.cloths), key + "cloth",
-              fmt::format("there is no cloth named '{}'; allowed: a value of cloth.N.name", probe.of));
+      s.check(named(scene.cloths), key + "cloth", no_such("cloth", probe.of, scene.cloths, "cloth.N.name"));
     else
       s.check(scene.fluid.present,
               key + (probe.kind == Kind::point  ? "point"

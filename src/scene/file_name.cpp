@@ -8,6 +8,18 @@
 
 namespace drench {
 
+namespace {
+
+/// Beginnings that other programs resolve.
+std::string hint_for(const std::string& name) {
+  if (name.starts_with("~")) return "; '~' is not resolved here: write the path of the home folder";
+  if (const auto end = name.find("://"); end != std::string::npos && end < 10)
+    return fmt::format("; '{}' is not resolved here: write the path of the file", name.substr(0, end + 3));
+  return "";
+}
+
+}  // namespace
+
 FoundFile find_file(const yaml::Value& name, const std::string& folder, bool mesh) {
   namespace fs = std::filesystem;
   // a NUL byte would cut the name short in the system call
@@ -19,7 +31,8 @@ FoundFile find_file(const yaml::Value& name, const std::string& folder, bool mes
     return {"", fmt::format("{} is not a mesh file that can be read; allowed: {}", name.shown(), mesh_file_allowed)};
   std::error_code error;
   const fs::path file = fs::absolute(fs::path(folder) / name.text, error).lexically_normal();
-  if (error || !fs::exists(file, error)) return {"", fmt::format("there is no file '{}'", file.string())};
+  if (error || !fs::exists(file, error))
+    return {"", fmt::format("there is no file '{}'{}", file.string(), hint_for(name.text))};
   if (!fs::is_regular_file(file, error)) return {"", fmt::format("'{}' is not a file", file.string())};
   return {file.string(), ""};
 }

@@ -403,6 +403,12 @@ std::string LoadSection::place_of_key(const std::string& key) const {
     if (const std::string path = entry.key + "." + key; deep.find(path)) return path_of(path);
   if (around_ && std::find(around_->known_.begin(), around_->known_.end(), key) != around_->known_.end())
     return around_->path_of(key);
+  // In a map beside this one, such as `place` beside `mesh`, unless only one of the two may be there.
+  const Schema beside = around_ && around_->inside_ ? document_section(*around_->inside_) : Schema();
+  for (const std::string& map : around_ ? around_->known_ : std::vector<std::string>()) {
+    const bool other_kind = std::find(around_->one_of_.begin(), around_->one_of_.end(), map) != around_->one_of_.end();
+    if (const std::string path = map + "." + key; !other_kind && beside.find(path)) return around_->path_of(path);
+  }
   return "";
 }
 
