@@ -369,6 +369,18 @@ std::string CommandLine::place_of(const std::string& key) const {
   return where(run_options_.scene, run_options_.overrides, key);
 }
 
+/// A message that begins with the first two parts of the key that stands before it, such as bodies.1, without them.
+std::string without_key(const std::string& message, const std::string& key) {
+  const std::string part = key.substr(0, key.find('.', key.find('.') + 1));
+  if (part.empty() || !message.starts_with(part)) return message;
+  if (message.substr(part.size(), 2) == ": ") return message.substr(part.size() + 2);
+  if (message.substr(part.size(), 4) == " is ") return message.substr(part.size() + 1);
+  // "bodies.1 (mug.obj): …"
+  const auto end = message.find("): ");
+  if (message.substr(part.size(), 2) != " (" || end == std::string::npos) return message;
+  return message.substr(part.size() + 2, end - part.size() - 2) + message.substr(end + 1);
+}
+
 /// Runs the command; an exception becomes a line of text and an exit code.
 int run_safely(CommandLine& command, char** argv, std::string& text) {
   const auto says = [&text](int code, const std::string& what) {
@@ -380,7 +392,7 @@ int run_safely(CommandLine& command, char** argv, std::string& text) {
   } catch (const drench::SceneError& e) {
     return says(drench::exit_usage, e.what());
   } catch (const drench::SetupError& e) {
-    return says(drench::exit_usage, fmt::format("{}: {}", command.place_of(e.key), e.what()));
+    return says(drench::exit_usage, fmt::format("{}: {}", command.place_of(e.key), without_key(e.what(), e.key)));
   } catch (const drench::RanksError& e) {
     return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::ExportError& e) {  // without a text where another program has printed why

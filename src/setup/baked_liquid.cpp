@@ -70,8 +70,8 @@ bool BakedLiquid::in_domain(const Vec3& x) const {
 BakedLiquid::Frame BakedLiquid::read(std::int64_t number) const {
   BlockScene source = source_;
   source.placed.file = source_.sequence.files[static_cast<std::size_t>(number)];
-  std::vector<std::string> warnings;  // those of the first file are reported at set-up
-  SourceFile file = read_source_file(model_.scene.path, source, 0, warnings);
+  std::vector<std::string> warnings, hints;  // those of the first file are reported at set-up
+  SourceFile file = read_source_file(model_.scene.path, source, 0, warnings, hints);
   Frame frame;
   frame.number = number;
   frame.id = std::move(file.particles.id);

@@ -76,6 +76,23 @@ double signed_distance(const Body& body, const Vec3& x, Vec3& normal) {
   return distance;
 }
 
+double rounding_of(const Body& body) { return 1e-6 * body.reach; }
+
+std::string body_label(const std::string& name, std::size_t index) {
+  return name.empty() ? fmt::format("bodies.{}", index) : fmt::format("body '{}'", name);
+}
+
+std::string body_labels(const std::vector<Body>& bodies, const std::set<std::size_t>& indices) {
+  constexpr std::size_t most = 4;
+  std::string text;
+  std::size_t k = 0;
+  for (const std::size_t index : indices) {
+    if (k == most) return text + fmt::format(" and {} more", indices.size() - most);
+    text += (k++ > 0 ? ", " : "") + body_label(bodies[index].name, index);
+  }
+  return text;
+}
+
 namespace {
 
 /// Volume (m³), centre and second moments ∫ x xᵀ dV about it (m⁵) of a closed mesh.
@@ -158,14 +175,23 @@ std::string place_of(const MeshHole& hole) {
                      hole.center[2]);
 }
 
+/// What becomes of a mesh with holes. `size` (m): the longest side of the mesh.
+const char* fate_of_holes(const SolidMesh& solid, MeshUse use, double size) {
+  constexpr double large = 0.2;  // of the size: liquid is likely meant to enter
+  if (use == MeshUse::liquid) return "holes are closed, and the volume inside is filled";
+  if (solid.holes.front().width < large * size) return "they are small and are closed; the inside is solid";
+  if (use == MeshUse::solid) return "holes are closed and the inside is solid; a vessel needs walls with a thickness";
+  return "holes are closed and the inside is solid; for a vessel that liquid enters set `inside: true`, which makes it "
+         "a thin wall";
+}
+
 /// Lines about what a solid's mesh is not. `label`: of the body and its file.
-void report(const SolidMesh& solid, const std::string& label, std::vector<std::string>& lines) {
+void report(const SolidMesh& solid, MeshUse use, double size, const std::string& label,
+            std::vector<std::string>& lines) {
   if (!solid.holes.empty())
-    lines.push_back(
-        fmt::format("{}: the mesh has {} hole{}, the largest {}: holes are closed and the inside is solid; for a "
-                    "vessel that liquid "
-                    "enters set `inside: true`, which makes it a thin wall",
-                    label, solid.holes.size(), solid.holes.size() > 1 ? "s" : "", place_of(solid.holes.front())));
+    lines.push_back(fmt::format("{}: the mesh has {} hole{}, the largest {}: {}", label, solid.holes.size(),
+                                solid.holes.size() > 1 ? "s" : "", place_of(solid.holes.front()),
+                                fate_of_holes(solid, use, size)));
   if (solid.branches > 0)
     lines.push_back(fmt::format(
         "{}: more than two triangles share {} of its edges, the first at ({:.4g}, {:.4g}, {:.4g}): the volume that its "
@@ -270,7 +296,7 @@ BodyScene placed_shape(BodyScene scene) {
 
 /// Of each point of the body's mesh: the file's point that it is.
 std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std::string& scene_path,
-                                  const std::string& name, std::vector<std::string>& warnings) {
+                                  const std::string& name, MeshUse use, std::vector<std::string>& warnings) {
   const bool of_file = scene.kind == BodyScene::Kind::mesh;
   const std::string label = of_file ? fmt::format("{} ({})", name, scene.file) : name;
   const SurfaceMesh mesh = of_file                                 ? placed_mesh(scene, scene_path, label)
@@ -278,20 +304,20 @@ std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std:
                                                                    : turned_box(scene);
   if (!mesh.left_out.empty()) warnings.push_back(fmt::format("{}: {}", name, mesh.left_out));
   SolidMesh solid = close_mesh(mesh, scene.sequence.files.empty() ? Sheets::keep : Sheets::leave_out);
-  if (scene.inside || !solid.has_inside()) {
+  const bool has_inside = !scene.inside && solid.has_inside();
+  if (!has_inside) {
     solid.triangles = mesh.triangles;
     solid.source.resize(mesh.points.size());
     std::iota(solid.source.begin(), solid.source.end(), Index{0});
     warnings.push_back(fmt::format("{}: {}: only the boundary particles on its surface hold liquid back", label,
                                    scene.inside ? "a thin wall" : "it encloses no volume"));
-  } else {
-    report(solid, label, warnings);
   }
   Eigen::AlignedBox3d bounds;
   for (const Index i : solid.source) {
     body.mesh_points.push_back(mesh.points[static_cast<std::size_t>(i)]);
     bounds.extend(to_eigen(body.mesh_points.back()));
   }
+  if (has_inside) report(solid, use, bounds.sizes().maxCoeff(), label, warnings);
   body.center = to_vec3(bounds.center());
   for (const Vec3& x : body.mesh_points) body.reach = std::max(body.reach, (to_eigen(x) - bounds.center()).norm());
   body.mesh_triangles = std::move(solid.triangles);
@@ -316,7 +342,7 @@ void refuse_thin_wall(const Body& body, const BodyScene& scene, const std::strin
 }
 
 Body make_body(const BodyScene& given, const std::string& scene_path, const std::string& name,
-               std::vector<std::string>* warnings) {
+               std::vector<std::string>* warnings, MeshUse use) {
   const BodyScene scene = placed_shape(given);
   Body body;
   std::vector<std::string> lines;
@@ -348,7 +374,8 @@ Body make_body(const BodyScene& given, const std::string& scene_path, const std:
       body.center = scene.point;  // its reach depends on the domain
       break;
     case BodyScene::Kind::mesh:
-      source = read_body_mesh(body, scene, scene_path, name, lines);
+      if (scene.dynamic || !scene.sequence.files.empty()) use = MeshUse::solid;
+      source = read_body_mesh(body, scene, scene_path, name, use, lines);
       break;
   }
   body.velocity = plain_if_zero(scene.velocity);

@@ -1,6 +1,8 @@
 #pragma once
 // The shapes of the solid bodies: from the scene's description to a Body, and distances to the analytic ones.
 
+#include <cstddef>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -15,11 +17,26 @@ namespace drench {
 /// thin wall).
 double signed_distance(const Body& body, const Vec3& x, Vec3& normal);
 
+/// Depths (m) inside a body up to this come from rounding, as of a cloth that lies on its surface.
+double rounding_of(const Body& body);
+
+/// "body 'cup'", or "bodies.1" of one without a name.
+std::string body_label(const std::string& name, std::size_t index);
+/// "body 'cup', bodies.0 and 7 more"
+std::string body_labels(const std::vector<Body>& bodies, const std::set<std::size_t>& indices);
+
+/// What the volume of a mesh is for: it decides what is advised if the mesh has large holes.
+enum class MeshUse {
+  solid,            // of a body beside moving cloth, or a dynamic one
+  solid_or_vessel,  // of a body that may also be a thin wall
+  liquid            // a source's
+};
+
 /// Resolves a body: unit normal and axis, spin in rad/s, mesh read, scaled, placed and closed (setup/solid_mesh.hpp). A
 /// mesh without an inside, or one that the scene takes for a vessel, stays as it is: a thin wall. The samples are not
 /// made here. `name` begins the text of a SetupError and of the lines that are added to `warnings`.
 Body make_body(const BodyScene& scene, const std::string& scene_path, const std::string& name,
-               std::vector<std::string>* warnings = nullptr);
+               std::vector<std::string>* warnings = nullptr, MeshUse use = MeshUse::solid_or_vessel);
 
 /// SetupError: cloth cannot touch the mesh of this body, because it is a thin wall.
 [[noreturn]] void refuse_thin_wall(const Body& body, const BodyScene& scene, const std::string& name);

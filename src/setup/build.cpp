@@ -25,6 +25,7 @@
 #include "setup/file_place.hpp"
 #include "setup/fluid_sampling.hpp"
 #include "setup/memory_estimate.hpp"
+#include "setup/mesh_guess.hpp"
 #include "setup/pieces.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/rest_plane.hpp"
@@ -93,6 +94,18 @@ SetupSize grid_size(const Scene& scene) {
   return size;
 }
 
+/// The lattice of a body's field where liquid can be: only cloth and moving bodies meet others beyond the domain.
+DistanceField field_in_domain(const Model& m, const Body& body, double margin) {
+  const Box region = wetted_region(m);
+  Box box = bounds_of(body.mesh_points);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double low = box.min[a], high = box.max[a], beyond = 2 * m.spacing;
+    box.min[a] = std::clamp(region.min[a] - beyond, low, high);
+    box.max[a] = std::clamp(region.max[a] + beyond, low, high);
+  }
+  return lay_field(box.min, box.max, m.spacing, margin);
+}
+
 /// Lattices for the distance fields of meshes with an inside; they reach as far as cloth is thick, or sticks when wet.
 void lay_fields(Setup& setup) {
   Model& m = setup.model;
@@ -114,8 +127,10 @@ void lay_fields(Setup& setup) {
         lay_deforming_field(body, m.spacing, margin, time.step,
                             time.mode == TimeMode::cfl ? time.cfl * m.spacing : INFINITY);
       });
-    } else if (!m.scene.bodies[b].inside && bounds_solid(body.mesh_triangles))
-      body.field = lay_field(body, m.spacing, margin);
+    } else if (!m.scene.bodies[b].inside && bounds_solid(body.mesh_triangles)) {
+      const bool met_in_domain = !body.moves() && !m.has_moving_cloth();
+      body.field = met_in_domain ? field_in_domain(m, body, margin) : lay_field(body, m.spacing, margin);
+    }
   }
 }
 
@@ -136,10 +151,9 @@ SetupSize expected_size(const Model& m, const std::vector<SourceFile>& files) {
                                        sampled_region(m.bodies[b], region, m.scene.time.end, layer), layer);
     if (samples > max_body_samples) {
       throw SetupError(
-          fmt::format(
-              "body {}: its surface needs more than {:.0f} boundary particles at spacing {} m; use a smaller domain "
-              "or body, or a larger spacing",
-              b + 1, max_body_samples, m.spacing),
+          fmt::format("{}: its surface needs more than {:.0f} boundary particles at spacing {} m; use a smaller domain "
+                      "or body, or a larger spacing",
+                      body_label(m.bodies[b].name, b), max_body_samples, m.spacing),
           fmt::format("bodies.{}", b));
     }
     size.boundary += samples;
@@ -173,8 +187,9 @@ void sample_bodies(Setup& setup) {
     body.first_sample = m.boundary.count();
     body.sample_count = static_cast<Index>(samples.size());
     if (samples.empty() && !body.moves())
-      setup.warnings.push_back(fmt::format(
-          "body {}: it is outside the domain, where no liquid reaches it; enlarge the domain or move the body", b + 1));
+      setup.warnings.push_back(
+          fmt::format("{}: it is outside the domain, where no liquid reaches it; enlarge the domain or move the body",
+                      body_label(body.name, b)));
     m.boundary.position.insert(m.boundary.position.end(), samples.begin(), samples.end());
     m.boundary.body.insert(m.boundary.body.end(), samples.size(), static_cast<Index>(b));
     setup.state.boundary_volume.insert(setup.state.boundary_volume.end(), volumes.begin(), volumes.end());
@@ -200,7 +215,7 @@ void settle_nodes_in_solids(Setup& setup) {
       for (const Body& body : m.bodies) {
         Vec3 normal;
         const double distance = signed_distance(body, m.mesh.rest_position[n], normal);
-        if (distance >= 0) continue;
+        if (distance >= -rounding_of(body)) continue;
         deepest = std::max(deepest, -distance);
         ++inside;
         break;
@@ -212,9 +227,9 @@ void settle_nodes_in_solids(Setup& setup) {
       if (patch.of_cloth == static_cast<Index>(k)) patch.release = c.release;
     if (inside > 0) {
       setup.warnings.push_back(fmt::format(
-          "{}: {} free nodes start inside a solid body, up to {:.2g} m deep; they are moved out over {} steps "
-          "(cloth.{}.settle)",
-          cloth_label(c.name), inside, deepest, steps, k));
+          "{}: {} start{} inside a solid body, up to {:.2g} m deep; moved out over {} steps (cloth.{}.settle)",
+          cloth_label(c.name), inside == 1 ? "1 free node" : fmt::format("{} free nodes", inside),
+          inside == 1 ? "s" : "", deepest, steps, k));
     }
   }
 }
@@ -224,7 +239,7 @@ void refuse_cloth_on_thin_walls(const Model& m) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b)
     if (m.has_moving_cloth() && m.bodies[b].kind == BodyScene::Kind::mesh && m.bodies[b].field.spacing == 0)
       blaming(fmt::format("bodies.{}.mesh.{}", b, m.scene.bodies[b].inside ? "inside" : "file"),
-              [&] { refuse_thin_wall(m.bodies[b], m.scene.bodies[b], fmt::format("body {}", b + 1)); });
+              [&] { refuse_thin_wall(m.bodies[b], m.scene.bodies[b], body_label(m.bodies[b].name, b)); });
 }
 
 void init_nodes(const Model& m, HostState& s) {
@@ -365,9 +380,10 @@ void make_bodies(Setup& setup, SetupLines& lines) {
   Model& m = setup.model;
   const Scene& scene = m.scene;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    const std::string label = fmt::format("body {}", b + 1);
+    const std::string label = body_label(scene.bodies[b].name, b);
+    const MeshUse use = m.has_moving_cloth() ? MeshUse::solid : MeshUse::solid_or_vessel;
     m.bodies.push_back(blaming(fmt::format("bodies.{}", b),
-                               [&] { return make_body(scene.bodies[b], scene.path, label, &setup.warnings); }));
+                               [&] { return make_body(scene.bodies[b], scene.path, label, &setup.warnings, use); }));
     const BodyScene& body = scene.bodies[b];
     for (const ProbeScene& probe : scene.output.probes)
       if (probe.kind == ProbeScene::Kind::body && probe.of == body.name) m.bodies[b].probed = true;
@@ -383,7 +399,7 @@ void make_bodies(Setup& setup, SetupLines& lines) {
       for (std::size_t a = 0; a < 3; ++a) body.middle[a] = 0.5 * (scene.domain.min[a] + scene.domain.max[a]);
     }
   for (std::size_t b = 0; b < m.bodies.size(); ++b)
-    for (std::string& line : deformation_warnings(m.bodies[b], fmt::format("body {}", b + 1)))
+    for (std::string& line : deformation_warnings(m.bodies[b], body_label(m.bodies[b].name, b)))
       setup.warnings.push_back(std::move(line));
   start_bodies(m, setup.state);
   follow_bodies(m);
@@ -391,11 +407,17 @@ void make_bodies(Setup& setup, SetupLines& lines) {
 }
 
 /// Everything after the meshes.
-void fill(Setup& setup, const MemoryBudget& budget) {
+void fill(Setup& setup, SetupLines& lines, const MemoryBudget& budget) {
   Model& m = setup.model;
   lay_fields(setup);
   refuse_cloth_on_thin_walls(m);
-  std::vector<SourceFile> files = blaming("fluid.sources", [&] { return read_source_files(m.scene, setup.warnings); });
+  std::vector<std::string> hints;
+  std::vector<SourceFile> files =
+      blaming("fluid.sources", [&] { return read_source_files(m.scene, setup.warnings, hints); });
+  for (const std::string& hint : hints) {
+    setup.warnings.push_back(hint);
+    lines.hints.push_back(hint);
+  }
   refuse_too_large(expected_size(m, files), budget);
   for (Body& body : m.bodies)
     if (body.field.spacing > 0) fill_field(body, body.field, host_threads());
@@ -433,15 +455,12 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
   setup.warnings = std::move(lines.warnings);
   setup.notes = std::move(lines.notes);
   make_bodies(setup, lines);
-  if (lines.hints.empty()) {
-    fill(setup, budget);
-    return setup;
-  }
-  // A mesh in another unit is the likely cause of what fails from here on.
   setup.warnings.insert(setup.warnings.end(), lines.hints.begin(), lines.hints.end());
   try {
-    fill(setup, budget);
+    fill(setup, lines, budget);
   } catch (const SetupError& e) {
+    if (lines.hints.empty()) throw;
+    // A mesh in another unit is the likely cause.
     throw SetupError(fmt::format("{} ({})", fmt::join(lines.hints, "; "), e.what()), e.key);
   }
   return setup;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/eigen_vec.hpp"
+#include "setup/body_geometry.hpp"
 #include "setup/emitting_faces.hpp"
 #include "setup/file_place.hpp"
 #include "setup/fluid_sampling.hpp"
@@ -135,9 +136,9 @@ void check_count(double points, double most, double d, const std::string& name) 
 
 std::string jet_label(const Model& model, std::size_t number) {
   const std::size_t jets = model.scene.fluid.jets.size(), rains = jets + model.scene.fluid.rains.size();
-  if (number < jets) return fmt::format("fluid: jet {}", number + 1);
-  return number < rains ? fmt::format("fluid: rain {}", number - jets + 1)
-                        : fmt::format("fluid: mesh_jet {}", number - rains + 1);
+  if (number < jets) return fmt::format("fluid: jet {}", number);
+  return number < rains ? fmt::format("fluid: rain {}", number - jets)
+                        : fmt::format("fluid: mesh_jet {}", number - rains);
 }
 
 Jet make_jet(const Model& model, const JetScene& scene, const std::string& name) {
@@ -289,11 +290,12 @@ std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warning
     const std::vector<Vec3> mouth = mouth_at(jet, jet.scene.start);
     const auto solid = inside_solid(model, mouth);
     if (const auto free = std::count(solid.begin(), solid.end(), 0); free < std::ssize(solid)) {
-      std::set<std::size_t> bodies(solid.begin(), solid.end());
-      bodies.erase(0);
+      std::set<std::size_t> bodies;
+      for (const std::size_t number : solid)
+        if (number > 0) bodies.insert(number - 1);
       warnings.push_back(
           fmt::format("{}: {} of the {} points of its mouth are inside a solid body ({}); move one of them", name,
-                      std::ssize(solid) - free, mouth.size(), named("body", "bodies", bodies)));
+                      std::ssize(solid) - free, mouth.size(), body_labels(model.bodies, bodies)));
     }
     jets.push_back(std::move(jet));
   }

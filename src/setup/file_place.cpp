@@ -12,7 +12,7 @@ namespace drench {
 namespace {
 
 // m: garments and bodies that people model are between these
-constexpr double largest_usual = 20, smallest_usual = 0.02;
+constexpr double largest_usual = 20, smallest_usual = 0.02, most_centimetres = 5;  // the last of files in cm
 
 FilePlace file_place(double scale, LengthUnit unit, UpAxis up, const Vec3& axis, double degrees,
                      const Eigen::Vector3d& shift) {
@@ -103,11 +103,19 @@ std::string unit_hint(const std::vector<Vec3>& points, LengthUnit unit, double s
                                            : "if that is too small, set unit or scale";
     return fmt::format("{} is {:.3g} m {}: {}", name, size, sense, advice);
   }
-  const double in_file_metres = size / metres_in(unit);
-  const bool millimetres = in_file_metres > 500;
-  if (unit == LengthUnit::mm) return fmt::format("{} is {:.3g} m {}: check its unit and scale", name, size, sense);
-  return fmt::format("{} is {:.3g} m {}: if the file is in {}, add unit: {}", name, size, sense,
-                     millimetres ? "millimetres" : "centimetres", millimetres ? "mm" : "cm");
+  const double in_centimetres = size / metres_in(unit) * metres_in(LengthUnit::cm),
+               in_millimetres = size / metres_in(unit) * metres_in(LengthUnit::mm);
+  const bool centimetres = unit == LengthUnit::m && in_centimetres <= most_centimetres,
+             millimetres =
+                 unit != LengthUnit::mm && in_millimetres >= smallest_usual && in_millimetres <= largest_usual;
+  const auto advice = [&](const char* name_of_unit, const char* key, double then) {
+    return fmt::format("if the file is in {}, {} unit: {} ({:.3g} m)", name_of_unit,
+                       unit == LengthUnit::m ? "add" : "set", key, then);
+  };
+  std::string hint = fmt::format("{} is {:.3g} m {}: ", name, size, sense);
+  if (centimetres) hint += advice("centimetres", "cm", in_centimetres) + (millimetres ? "; " : "");
+  if (millimetres) hint += advice("millimetres", "mm", in_millimetres);
+  return centimetres || millimetres ? hint : hint + "check its unit and scale";
 }
 
 }  // namespace drench

@@ -33,7 +33,7 @@ FilePlace file_place(const PlacedFile& placed);
 Eigen::Matrix3d rotation_about(const Vec3& axis, double degrees);
 
 /// A line for a mesh whose size suggests another unit, "" for any other: "is 172 m tall: if the file is in centimetres,
-/// add unit: cm". `points` are placed; `name` begins it.
+/// add unit: cm (1.72 m); …", with each unit that gives a usual size. `points` are placed; `name` begins it.
 std::string unit_hint(const std::vector<Vec3>& points, LengthUnit unit, double scale, const std::string& name);
 
 }  // namespace drench

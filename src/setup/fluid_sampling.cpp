@@ -128,10 +128,10 @@ void check_lattices(const Model& model, std::vector<std::string>& warnings) {
           "fluid: block {} is much thinner than the spacing, {} m: each particle would have {:.2g} of a full "
           "particle's "
           "mass; allowed: at least {:.2g}; use a smaller spacing or a larger block",
-          b + 1, d, static_cast<double>(lattice.least_mass()) / full, static_cast<double>(model.min_quanta) / full));
+          b, d, static_cast<double>(lattice.least_mass()) / full, static_cast<double>(model.min_quanta) / full));
     if (lattice.squeezed_axes().empty()) continue;
     if (!first) first = lattice;
-    narrowed.insert(b + 1);
+    narrowed.insert(b);
   }
   if (!first) return;
   const Vec3& step = first->step();
@@ -159,15 +159,15 @@ BlockParticles lay_blocks(Model& model, std::vector<SourceFile> files, std::vect
     const auto lay = [&](const Vec3& x, const Vec3& velocity, Quanta mass) {
       if (b > 0 && placed.any_within(x, 0.5 * d)) {
         ++overlaps;
-        overlapping.insert(b + 1);
+        overlapping.insert(b);
         return;
       }
       if (b > 0 && placed.any_within(x, 0.9 * closest)) {
         ++close;
-        squeezed.insert(b + 1);
+        squeezed.insert(b);
       }
       if (!contains(model.scene.domain.min, model.scene.domain.max, x)) ++outside;
-      add(laid, x, velocity, mass, b + 1);
+      add(laid, x, velocity, mass, b);
     };
     if (blocks[b].shape == BlockScene::Shape::box) {
       const BlockLattice lattice(blocks[b].box, d);
@@ -207,13 +207,13 @@ BlockParticles outside_solids(const Model& model, const BlockParticles& all, std
       continue;
     }
     cut.insert(all.block[i]);
-    cutting.insert(solid[i]);
+    cutting.insert(solid[i] - 1);
   }
   if (const std::size_t removed = all.block.size() - kept.block.size())
     warnings.push_back(
         fmt::format("fluid: {} of the blocks' {} particles removed: they start inside a solid body ({} in {}); "
                     "move or shrink one of them",
-                    removed, all.block.size(), named("block", "blocks", cut), named("body", "bodies", cutting)));
+                    removed, all.block.size(), named("block", "blocks", cut), body_labels(model.bodies, cutting)));
   return kept;
 }
 

@@ -17,7 +17,7 @@ struct BlockParticles {
   std::vector<Vec3> position;  // m
   std::vector<Vec3> velocity;  // m/s
   std::vector<Quanta> mass;
-  std::vector<std::size_t> block;  // of each, from 1
+  std::vector<std::size_t> block;  // of each, from 0
 };
 
 /// Fills the boxes with lattices of spacing d; where a side is no multiple of d, layers lie closer and particles are

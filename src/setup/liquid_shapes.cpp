@@ -35,7 +35,7 @@ struct Volume {
 };
 
 Body closed_mesh(const std::string& scene_path, const PlacedFile& placed, const std::string& name,
-                 std::vector<std::string>& warnings) {
+                 std::vector<std::string>& warnings, std::vector<std::string>& hints) {
   BodyScene body;
   body.kind = BodyScene::Kind::mesh;
   body.file = placed.file;
@@ -45,10 +45,12 @@ Body closed_mesh(const std::string& scene_path, const PlacedFile& placed, const 
   body.position = placed.position;
   body.rotate_axis = placed.rotate_axis;
   body.rotate_degrees = placed.rotate_degrees;
-  Body made = make_body(body, scene_path, name, &warnings);
+  Body made = make_body(body, scene_path, name, &warnings, MeshUse::liquid);
   if (!bounds_solid(made.mesh_triangles))
     throw SetupError(
         fmt::format("{}: the mesh {} encloses no volume to fill; allowed: a closed mesh", name, placed.file));
+  if (std::string hint = unit_hint(made.mesh_points, placed.unit, placed.scale, name); !hint.empty())
+    hints.push_back(std::move(hint));
   return made;
 }
 
@@ -199,22 +201,23 @@ bool has_no_faces(const std::string& path) {
 
 }  // namespace
 
-std::string block_label(std::size_t block) { return fmt::format("fluid: block {}", block + 1); }
+std::string block_label(std::size_t block) { return fmt::format("fluid: block {}", block); }
 
 SourceFile read_source_file(const std::string& scene_path, const BlockScene& block, std::size_t number,
-                            std::vector<std::string>& warnings) {
+                            std::vector<std::string>& warnings, std::vector<std::string>& hints) {
   SourceFile file;
   const bool of_sequence = !block.sequence.files.empty();
   if (block.shape == Shape::mesh && !(of_sequence && has_no_faces(block.placed.file)))
-    file.mesh = closed_mesh(scene_path, block.placed, block_label(number), warnings);
+    file.mesh = closed_mesh(scene_path, block.placed, block_label(number), warnings, hints);
   if (block.shape == Shape::particles) file.particles = read_particle_file(block.placed.file, of_sequence);
   return file;
 }
 
-std::vector<SourceFile> read_source_files(const Scene& scene, std::vector<std::string>& warnings) {
+std::vector<SourceFile> read_source_files(const Scene& scene, std::vector<std::string>& warnings,
+                                          std::vector<std::string>& hints) {
   std::vector<SourceFile> files;
   for (std::size_t b = 0; b < scene.fluid.blocks.size(); ++b)
-    files.push_back(read_source_file(scene.path, scene.fluid.blocks[b], b, warnings));
+    files.push_back(read_source_file(scene.path, scene.fluid.blocks[b], b, warnings, hints));
   return files;
 }
 

@@ -21,16 +21,18 @@ struct SourceFile {
   ParticleFile particles;  // of particles
 };
 
-/// "fluid: block 1", for messages.
+/// "fluid: block 0", for messages.
 std::string block_label(std::size_t block);
 
-/// Reads the file of block `number` (from 0); lines about holes are added to `warnings`. SetupError: a file that cannot
-/// be read, a mesh that encloses no volume. Files of a sequence may hold nothing.
+/// Reads the file of block `number` (from 0); lines about holes are added to `warnings`, those about an unusual size to
+/// `hints`. SetupError: a file that cannot be read, a mesh that encloses no volume. Files of a sequence may hold
+/// nothing.
 SourceFile read_source_file(const std::string& scene_path, const BlockScene& block, std::size_t number,
-                            std::vector<std::string>& warnings);
+                            std::vector<std::string>& warnings, std::vector<std::string>& hints);
 
 /// The same of all blocks, an entry each.
-std::vector<SourceFile> read_source_files(const Scene& scene, std::vector<std::string>& warnings);
+std::vector<SourceFile> read_source_files(const Scene& scene, std::vector<std::string>& warnings,
+                                          std::vector<std::string>& hints);
 
 /// Number of particles of a source, before overlaps and solids take some away: of a sphere and a mesh from the volume.
 double expected_particles(const BlockScene& block, const SourceFile& file, double spacing);

@@ -56,8 +56,7 @@ std::vector<double> node_area(const Model& model) {
 void dissolve_in_blocks(const Model& model, const std::vector<std::size_t>& block, HostState& state) {
   if (!model.has_solute()) return;
   for (std::size_t i = 0; i < block.size(); ++i)
-    state.fluid_solute[i] =
-        solute_quanta(model, model.scene.fluid.blocks[block[i] - 1].concentration, state.fluid_mass[i]);
+    state.fluid_solute[i] = solute_quanta(model, model.scene.fluid.blocks[block[i]].concentration, state.fluid_mass[i]);
 }
 
 void warn_of_thin_solute(const Model& model, std::vector<std::string>& warnings) {
@@ -73,9 +72,9 @@ void warn_of_thin_solute(const Model& model, std::vector<std::string>& warnings)
   };
   if (!model.has_solute()) return;
   const FluidScene& fluid = model.scene.fluid;
-  for (std::size_t b = 0; b < fluid.blocks.size(); ++b) look("block", b + 1, fluid.blocks[b].concentration);
-  for (std::size_t j = 0; j < fluid.jets.size(); ++j) look("jet", j + 1, fluid.jets[j].concentration);
-  for (std::size_t j = 0; j < fluid.mesh_jets.size(); ++j) look("mesh_jet", j + 1, fluid.mesh_jets[j].concentration);
+  for (std::size_t b = 0; b < fluid.blocks.size(); ++b) look("block", b, fluid.blocks[b].concentration);
+  for (std::size_t j = 0; j < fluid.jets.size(); ++j) look("jet", j, fluid.jets[j].concentration);
+  for (std::size_t j = 0; j < fluid.mesh_jets.size(); ++j) look("mesh_jet", j, fluid.mesh_jets[j].concentration);
 }
 
 void add_stains(const Model& model, HostState& state, std::vector<std::string>& warnings) {

@@ -18,7 +18,7 @@ Quanta solute_quanta(const Model& model, double concentration, Quanta liquid);
 /// m²: of each node at rest, a third of its triangles.
 std::vector<double> node_area(const Model& model);
 
-/// Sets the solute of the particles of blocks, whose numbers are `block`, from 1. Nothing without a solute.
+/// Sets the solute of the particles of blocks, whose numbers are `block`, from 0. Nothing without a solute.
 void dissolve_in_blocks(const Model& model, const std::vector<std::size_t>& block, HostState& state);
 
 /// Names sources whose solute is so thin beside the scene's largest that its quanta are few.

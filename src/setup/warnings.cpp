@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/eigen_vec.hpp"
 #include "setup/body_geometry.hpp"
@@ -43,18 +44,54 @@ void warn_of_step(const Model& m, const HostState& state, Lines& lines) {
                     parts));
 }
 
-/// m: of a closed mesh twice its volume over its surface, which is a plate's thickness and two thirds of a ball's
-/// radius.
-double mean_thickness(const Body& body) {
-  double volume = 0, area = 0;
+/// m: how thick a closed mesh is below half of its surface. Unlike volume over surface, the filled bottom of a cup
+/// does not count for more than its share of the surface.
+double median_thickness(const Body& body) {
+  constexpr double most_crossings = 2e7;  // triangles times rays
+  const std::size_t count = body.mesh_triangles.size();
+  std::vector<std::array<Eigen::Vector3d, 3>> corners;
+  std::vector<double> area_up_to;
   for (const auto& t : body.mesh_triangles) {
-    const Eigen::Vector3d a = to_eigen(body.mesh_points[static_cast<std::size_t>(t[0])]) - to_eigen(body.center),
-                          b = to_eigen(body.mesh_points[static_cast<std::size_t>(t[1])]) - to_eigen(body.center),
-                          c = to_eigen(body.mesh_points[static_cast<std::size_t>(t[2])]) - to_eigen(body.center);
-    volume += a.dot(b.cross(c)) / 6;
-    area += 0.5 * (b - a).cross(c - a).norm();
+    auto& x = corners.emplace_back();
+    for (std::size_t c = 0; c < 3; ++c) x[c] = to_eigen(body.mesh_points[static_cast<std::size_t>(t[c])]);
+    area_up_to.push_back((area_up_to.empty() ? 0 : area_up_to.back()) + (x[1] - x[0]).cross(x[2] - x[0]).norm());
   }
-  return area > 0 ? 2 * std::abs(volume) / area : 0;
+  const auto rays = static_cast<std::size_t>(std::clamp(most_crossings / static_cast<double>(count), 20.0, 200.0));
+  std::vector<double> thickness;
+  for (std::size_t r = 0; r < rays; ++r) {  // evenly over the surface
+    const double at = (static_cast<double>(r) + 0.5) / static_cast<double>(rays) * area_up_to.back();
+    const auto first =
+        static_cast<std::size_t>(std::lower_bound(area_up_to.begin(), area_up_to.end(), at) - area_up_to.begin());
+    if (first >= count) continue;
+    const auto& own = corners[first];
+    const Eigen::Vector3d from = 0.5 * own[0] + 0.3 * own[1] + 0.2 * own[2],
+                          inward = -(own[1] - own[0]).cross(own[2] - own[0]).normalized();
+    std::vector<std::pair<double, int>> crossings;  // m; 1 where the ray leaves the solid, −1 where it enters
+    int winding = 0;                                // just below the surface
+    for (std::size_t t = 0; t < count; ++t) {
+      if (t == first) continue;
+      const Eigen::Vector3d ab = corners[t][1] - corners[t][0], ac = corners[t][2] - corners[t][0],
+                            across = inward.cross(ac), to = from - corners[t][0];
+      const double det = ab.dot(across), u = to.dot(across) / det;
+      if (!(u >= 0 && u <= 1)) continue;
+      const Eigen::Vector3d q = to.cross(ab);
+      const double v = inward.dot(q) / det, distance = ac.dot(q) / det;
+      if (!(v >= 0 && u + v <= 1 && distance > 0)) continue;
+      crossings.emplace_back(distance, det < 0 ? 1 : -1);
+      winding += crossings.back().second;
+    }
+    if (winding != 1) continue;  // within the solid, or through an edge
+    std::sort(crossings.begin(), crossings.end());
+    for (const auto& [distance, leaves] : crossings)
+      if ((winding -= leaves) <= 0) {
+        thickness.push_back(distance);
+        break;
+      }
+  }
+  if (thickness.empty()) return std::numeric_limits<double>::infinity();
+  const auto middle = thickness.begin() + static_cast<std::ptrdiff_t>(thickness.size() / 2);
+  std::nth_element(thickness.begin(), middle, thickness.end());
+  return *middle;
 }
 
 void warn_of_coarse_bodies(const Model& m, Lines& lines) {
@@ -63,9 +100,9 @@ void warn_of_coarse_bodies(const Model& m, Lines& lines) {
     const Body& body = m.bodies[b];
     const auto warn = [&](const char* what, double size, const char* why, double enough) {
       lines.push_back(
-          fmt::format("body {}: {} {:.3g} m is {:.2g} spacings: {}; use a fluid.spacing of at most {:.2g} m, or a "
+          fmt::format("{}: {} {:.3g} m is {:.2g} spacings: {}; use a fluid.spacing of at most {:.2g} m, or a "
                       "larger body",
-                      b + 1, what, size, size / d, why, enough));
+                      body_label(body.name, b), what, size, size / d, why, enough));
     };
     const Eigen::Vector3d size = to_eigen(body.box.max) - to_eigen(body.box.min);
     constexpr const char* through = "liquid interacts through it";
@@ -75,8 +112,9 @@ void warn_of_coarse_bodies(const Model& m, Lines& lines) {
       warn("its thickness", size.minCoeff(), through, size.minCoeff() / 2);
     else if (body.kind == BodyScene::Kind::sphere && body.radius < 2 * d)
       warn("its radius", body.radius, "its boundary particles do not form a sphere", body.radius / 2);
-    else if (body.kind == BodyScene::Kind::mesh && !body.field.empty() && mean_thickness(body) < d)
-      warn("its mean thickness", mean_thickness(body), through, mean_thickness(body));
+    if (body.kind != BodyScene::Kind::mesh || body.field.empty()) continue;
+    if (const double thickness = median_thickness(body); thickness < d)
+      warn("its median thickness", thickness, through, thickness);
   }
 }
 
@@ -111,11 +149,10 @@ void warn_of_bodies_in_solids(const Model& m, Lines& lines) {
           deepest = normal;
         }
       }
-      if (depth <= 1e-6 * body.reach) continue;
+      if (depth <= rounding_of(body)) continue;
       lines.push_back(
-          fmt::format("body {}: it starts {:.2g} m inside body {}; pushing it out adds {:.2g} J; move one "
-                      "of them",
-                      b + 1, depth, other + 1,
+          fmt::format("{}: it starts {:.2g} m inside {}; pushing it out adds {:.2g} J; move one of them",
+                      body_label(body.name, b), depth, body_label(solid.name, other),
                       std::max(0.0, -body.mass * depth * to_eigen(m.scene.gravity).dot(to_eigen(deepest)))));
     }
   }

@@ -269,7 +269,7 @@ TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
   const std::string file = write("open.obj", obj_of(ball_below(0.85)));
   for (const bool cloth : {false, true}) {
     const drench::Setup setup = set_up(file, cloth);
-    EXPECT_TRUE(warns_of(setup, "open.obj): the mesh has 1 hole, the largest 1."))
+    EXPECT_TRUE(warns_of(setup, "bodies.0 (" + file + "): the mesh has 1 hole, the largest 1."))
         << ::testing::PrintToString(setup.warnings);
     for (const Vec3& x : setup.state.fluid_position) EXPECT_GT(to_eigen(x).norm(), 0.6);
     EXPECT_TRUE(is_closed({setup.model.bodies[0].mesh_points, setup.model.bodies[0].mesh_triangles}));
@@ -280,6 +280,70 @@ TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
   EXPECT_EQ(vessel.state.fluid_count(), 30 * 30 * 30);
   EXPECT_NE(refusal(file, true, ", inside: true").find("moving cloth cannot touch a mesh with inside: true"),
             std::string::npos);
+}
+
+TEST_F(BodyMeshes, AdviceOnHolesFitsTheUseAndTheSizeOfTheHole) {
+  const std::string large = write("large.obj", obj_of(ball_below(0.85))),
+                    small = write("small.obj", obj_of(ball_below(0.99)));
+  const std::string vessel = "for a vessel that liquid enters set `inside: true`";
+  EXPECT_TRUE(warns_of(set_up(large, false), vessel));
+  const drench::Setup with_cloth = set_up(large, true);
+  EXPECT_FALSE(warns_of(with_cloth, "inside: true")) << "rejected beside moving cloth";
+  EXPECT_TRUE(warns_of(with_cloth, "holes are closed and the inside is solid; a vessel needs walls with a thickness"));
+  const drench::Setup tight = set_up(small, false);
+  EXPECT_FALSE(warns_of(tight, "inside: true"));
+  EXPECT_TRUE(warns_of(tight, "they are small and are closed; the inside is solid"))
+      << ::testing::PrintToString(tight.warnings);
+  const drench::Setup liquid = built(
+      fmt::format("drench: 1\nfluid: {{spacing: 0.1, sources: [{{mesh: {{file: {}}}}}]}}\ndomain: {{min: [-3, -3, -3], "
+                  "max: [3, 3, 3]}}\n",
+                  large));
+  EXPECT_FALSE(warns_of(liquid, "inside: true"));
+  EXPECT_TRUE(warns_of(liquid, "fluid: block 0 (" + large + "): the mesh has 1 hole, the largest 1."));
+  EXPECT_TRUE(warns_of(liquid, "holes are closed, and the volume inside is filled"));
+}
+
+TEST_F(BodyMeshes, TheThicknessOfAVesselIsThatOfItsWalls) {
+  // A cup with walls of 0.05 m and a bottom of 1.5 m, in two thirds of its height.
+  std::string obj;
+  constexpr int around = 24;
+  for (const auto& [radius, y] : {std::pair{0.5, 0.0}, {0.5, 4.0}, {0.45, 4.0}, {0.45, 1.5}})
+    for (int i = 0; i < around; ++i)
+      obj += fmt::format("v {} {} {}\n", radius * std::cos(2 * std::numbers::pi * i / around), y,
+                         radius * std::sin(2 * std::numbers::pi * i / around));
+  std::string bottom = "f", inner = "f";
+  for (int i = 0; i < around; ++i) {
+    const int next = (i + 1) % around;
+    for (int ring = 0; ring < 3; ++ring)
+      obj += fmt::format("f {} {} {} {}\n", ring * around + i + 1, ring * around + next + 1,
+                         (ring + 1) * around + next + 1, (ring + 1) * around + i + 1);
+    bottom += fmt::format(" {}", around - i);
+    inner += fmt::format(" {}", 3 * around + i + 1);
+  }
+  const drench::Setup cup = set_up(write("cup.obj", obj + bottom + "\n" + inner + "\n"), false);
+  EXPECT_TRUE(warns_of(cup, "bodies.0: its median thickness 0.0")) << ::testing::PrintToString(cup.warnings);
+  EXPECT_TRUE(warns_of(cup, "is 0.5 spacings: liquid interacts through it")) << ::testing::PrintToString(cup.warnings);
+}
+
+TEST_F(BodyMeshes, TheFieldOfALargeOneCoversTheDomainOnly) {
+  const std::string ball = write("ball.obj", obj_of(test::ball_mesh(3)));
+  const auto large = [&](const std::string& more) {
+    return built(fmt::format(
+        "drench: 1\nfluid: {{spacing: 0.1, sources: [{{block: {{min: [-0.5, 0, -0.5], max: [0.5, 0.5, 0.5]}}}}]}}\n"
+        "domain: {{min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}}\n"
+        "bodies: [{{mesh: {{file: {}, scale: 20, position: [0, -20, 0]{}}}}}]\n",
+        ball, more));
+  };
+  const drench::Setup still = large(""), moving = large(", velocity: [0.1, 0, 0]");
+  const DistanceField &clipped = still.model.bodies[0].field, &whole = moving.model.bodies[0].field;
+  EXPECT_LT(20 * clipped.value.size(), whole.value.size());
+  for (const Vec3& x : {Vec3{0, 0.3, 0}, {0.4, 0.1, -0.3}, {0.1, -0.4, 0.2}, {-0.5, -0.5, 0.5}}) {
+    Vec3 normal, expected_normal;
+    const double distance = field_distance(clipped, x, normal), expected = field_distance(whole, x, expected_normal);
+    EXPECT_NEAR(distance, expected, 0.002);
+    EXPECT_LT((to_eigen(normal) - to_eigen(expected_normal)).norm(), 0.02);
+  }
+  EXPECT_EQ(still.model.boundary.count() > 0, true);
 }
 
 TEST_F(BodyMeshes, ASheetHoldsLiquidAndIsRefusedToClothWithItsPlace) {

@@ -167,7 +167,8 @@ TEST(BodySamples, PlaneFillsTheDomain) {
     for (int a = 0; a < 3; ++a) EXPECT_LE(std::abs(x[a]), 1.04 + 1e-9);
   }
   scene.fluid.spacing = 2e-4;
-  EXPECT_NE(error_of(scene).find("body 1: its surface needs more than 20000000 boundary particles"), std::string::npos);
+  EXPECT_NE(error_of(scene).find("bodies.0: its surface needs more than 20000000 boundary particles"),
+            std::string::npos);
 }
 
 TEST(BodySamples, VolumesMatchASumOverAllPairs) {

@@ -111,7 +111,7 @@ TEST(FluidBlocks, WarnWhereTheirLayersAreMuchNarrowerThanTheSpacing) {
     scene.fluid.blocks.push_back({{{0.5, 0.5, 0.5}, {0.5 + size[0], 0.5 + size[1], 0.5 + size[2]}}});
     return any_has(build(scene).warnings, text);
   };
-  EXPECT_TRUE(warned({0.07, 0.07, 0.07}, "the size of block 2 is not a multiple of the spacing, 0.02 m"));
+  EXPECT_TRUE(warned({0.07, 0.07, 0.07}, "the size of block 1 is not a multiple of the spacing, 0.02 m"));
   EXPECT_TRUE(warned({0.07, 0.07, 0.07}, "closer along x, y and z (0.0175, 0.0175 and 0.0175 m) and have 0.67 of"));
   EXPECT_TRUE(warned({0.1, 0.03, 0.1}, "closer along y (0.02, 0.015 and 0.02 m) and have 0.75 of"));
   EXPECT_FALSE(warned({0.205, 0.41, 0.1}, "not a multiple")) << "2.5 % wider";
@@ -131,7 +131,7 @@ TEST(FluidBlocks, OfTooLightParticlesAreRefused) {
   Scene scene = wet_scene();
   scene.fluid.blocks.push_back({{{0, 0, 0}, {0.1, 0.0008, 0.1}}});
   EXPECT_NE(
-      error_of(scene).find("fluid: block 1 is much thinner than the spacing, 0.02 m: each particle would have 0.04 of"),
+      error_of(scene).find("fluid: block 0 is much thinner than the spacing, 0.02 m: each particle would have 0.04 of"),
       std::string::npos)
       << error_of(scene);
   scene.fluid.blocks[0].box.max[1] = 0.0011;
@@ -197,7 +197,7 @@ TEST(Jets, CarryTheMeanFlow) {
   }
   Scene scene = wet_scene();
   scene.fluid.jets.push_back({{0, 0.5, 0}, 0.4 * d, {0, -1, 0}, 0, 1});
-  EXPECT_NE(error_of(scene).find("jet 1: the radius 0.008 m is below half the spacing"), std::string::npos);
+  EXPECT_NE(error_of(scene).find("jet 0: the radius 0.008 m is below half the spacing"), std::string::npos);
   scene.fluid.jets[0] = {{0, 0.5, 0}, d, {0, 0, 0}, 0, 1};
   EXPECT_NE(error_of(scene).find("the velocity must not be zero"), std::string::npos);
   scene.fluid.jets[0] = {{0, 1.5, 0}, d, {0, -1, 0}, 0, 1};

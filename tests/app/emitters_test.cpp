@@ -67,10 +67,10 @@ TEST(Emitters, RectanglesStandAsUpSays) {
   jet.up = {0, 0, 1};
   scene.fluid.jets = {jet};
   EXPECT_EQ(error_of(scene),
-            "fluid: jet 1: the velocity is along `up`; allowed: an `up` that points across the velocity");
+            "fluid: jet 0: the velocity is along `up`; allowed: an `up` that points across the velocity");
   jet = rectangle(6 * d, 0.018);
   scene.fluid.jets = {jet};
-  EXPECT_EQ(error_of(scene), "fluid: jet 1: the side 0.018 m is below the spacing, 0.02 m");
+  EXPECT_EQ(error_of(scene), "fluid: jet 0: the side 0.018 m is below the spacing, 0.02 m");
 }
 
 TEST(Emitters, StridesVisitEveryPoint) {
@@ -130,7 +130,7 @@ TEST_F(Faces, EmitAlongADirectionWhatIsSeenAlongIt) {
   EXPECT_LT((to_eigen(p.velocity) - 1.5 * faces_speed_factor * Vector3d(0.6, 0.8, 0)).norm(), 1e-12);
   tilted.fluid.mesh_jets[0].direction = {0, -1, 0};
   EXPECT_EQ(error_of(tilted),
-            "fluid: mesh_jet 1: none of its faces looks along `direction`; allowed: the opposite direction, or none "
+            "fluid: mesh_jet 0: none of its faces looks along `direction`; allowed: the opposite direction, or none "
             "for flow along the normals");
 }
 
@@ -160,20 +160,20 @@ TEST_F(Faces, MoveAndTurnWithTheirEmitter) {
 TEST_F(Faces, SayWhatIsWrongWithThem) {
   Scene small = scene(write("speck.obj", "v 0 0 0\nv 0.001 0 0\nv 0 0 0.001\nf 1 2 3\n"));
   EXPECT_EQ(error_of(small),
-            "fluid: mesh_jet 1: its faces have 5e-07 m², less than half a particle's 0.0004 m²; allowed: a larger mesh "
+            "fluid: mesh_jet 0: its faces have 5e-07 m², less than half a particle's 0.0004 m²; allowed: a larger mesh "
             "or a smaller spacing");
   Scene large = scene(plane());
   large.fluid.mesh_jets[0].placed.scale = 100;
   EXPECT_EQ(error_of(large),
-            "fluid: mesh_jet 1: its mouth needs 1.5e+06 particles at spacing 0.02 m; allowed: at most 1e+05, so a "
+            "fluid: mesh_jet 0: its mouth needs 1.5e+06 particles at spacing 0.02 m; allowed: at most 1e+05, so a "
             "smaller mesh or a larger spacing");
   Scene away = scene(plane());
   away.fluid.mesh_jets[0].placed.position = {0, 3, 0};
-  EXPECT_EQ(error_of(away), "fluid: mesh_jet 1: the centre is outside the domain when it starts to flow");
+  EXPECT_EQ(error_of(away), "fluid: mesh_jet 0: the centre is outside the domain when it starts to flow");
   Scene other = scene(plane());
   other.fluid.mesh_jets[0].sequence.files = {plane(), write("other.obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")};
   EXPECT_EQ(error_of(other),
-            "fluid: mesh_jet 1 (other.obj): its triangles differ from those of the first file; allowed: files that "
+            "fluid: mesh_jet 0 (other.obj): its triangles differ from those of the first file; allowed: files that "
             "differ only in the positions of their points");
 }
 

@@ -161,6 +161,16 @@ TEST_F(LiquidShapes, liquid_in_a_round_vessel_starts_at_rest) {
   EXPECT_EQ(run.state().drained, 0);
 }
 
+TEST_F(LiquidShapes, a_mesh_in_another_unit_gets_a_hint_with_its_error) {
+  const std::string file = write("cube.obj", cube);
+  const std::string text =
+      refusal_of([&] { build(with_source("mesh: {file: " + file + ", scale: 100}")); });  // as of millimetres
+  EXPECT_NE(text.find("fluid: block 0 is 100 m long: if the file is in centimetres, add unit: cm (1 m); if the file is "
+                      "in millimetres, add unit: mm (0.1 m) ("),
+            std::string::npos)
+      << text;
+}
+
 TEST_F(LiquidShapes, rain_has_its_rate_its_speed_and_covers_its_rectangle) {
   Scene scene = with_source("rain: {center: [0.1, 0.5, 0], size: [0.4, 0.2], rate: 20000, diameter: 0.003}");
   Simulation run(scene);

@@ -12,7 +12,7 @@ class Names:
 
     def __init__(self, cloths=(), bodies=(), sources=(), blocks=(), jets=(), rains=(), mesh_jets=()):
         self.cloths, self.bodies, self.sources = list(cloths), list(bodies), list(sources)
-        # numbered from 1 in messages
+        # numbered from 0 in messages
         self.blocks, self.jets, self.rains, self.mesh_jets = list(blocks), list(jets), list(rains), list(mesh_jets)
 
     def as_dict(self):
@@ -32,9 +32,9 @@ def _replace_keys(text, key, names):
 
 
 def _replace_numbers(text, words, names):
-    """body 1 becomes 'Floor'; blocks 1, 2 become 'Bath'."""
+    """jet 0 becomes 'Tap'; blocks 0, 1 become 'Bath'."""
     def name(match):
-        found = [_named(names, int(number) - 1) for number in match[1].split(", ")]
+        found = [_named(names, int(number)) for number in match[1].split(", ")]
         if None in found:
             return match[0]
         return ", ".join(dict.fromkeys(found))
@@ -48,7 +48,8 @@ def with_names(text, names):
     text = _replace_keys(text, "cloth", names.cloths)
     text = _replace_keys(text, "bodies", names.bodies)
     text = _replace_keys(text, r"fluid\.sources", names.sources)
-    text = _replace_numbers(text, "body|bodies", names.bodies)
+    for name in names.bodies:
+        text = text.replace(f"body '{name}'", f"'{name}'")
     text = _replace_numbers(text, "block|blocks", names.blocks)
     text = _replace_numbers(text, "jet|jets", names.jets)
     text = _replace_numbers(text, "rain", names.rains)

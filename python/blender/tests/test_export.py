@@ -265,7 +265,7 @@ class Check(support.BlenderCase):
         self.wet_sheet()
         thin = stage.box("Glass pane", (-1, -1, -0.51), (1, 1, -0.5))
         thin.drench.role = "COLLIDER"
-        self.assertIn("warning: 'Glass pane': its mean thickness", self.check())
+        self.assertIn("warning: 'Glass pane': its median thickness", self.check())
 
     def test_errors_name_objects(self):
         self.wet_sheet().drench.fabric = "coton_terry"

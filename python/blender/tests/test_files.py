@@ -80,15 +80,15 @@ class Messages(unittest.TestCase):
         for line, wanted in (
                 ("scene.yaml:9:5: cloth.1.strech: unknown key 'strech'", "'Napkin' strech: unknown key 'strech'"),
                 ("scene.yaml: bodies.0.mesh: not closed", "'Floor' mesh: not closed"),
-                ("warning: body 2: its thickness 0.01 m", "warning: 'Hand': its thickness 0.01 m"),
-                ("x.yaml:4:33: fluid.sources: fluid: jet 1: the radius is small", "'Tap': the radius is small"),
-                ("x.yaml: fluid.sources: fluid: mesh_jet 1: its faces are small", "'Rose': its faces are small"),
-                ("warning: fluid: blocks 1, 2 overlap", "warning: fluid: 'Bath' overlap"),
-                ("drench: body 7: x", "body 7: x"), ("warning: cloth 'Towel': x", "warning: cloth 'Towel': x")):
+                ("warning: body 'Hand': its thickness 0.01 m", "warning: 'Hand': its thickness 0.01 m"),
+                ("x.yaml:4:33: fluid.sources: fluid: jet 0: the radius is small", "'Tap': the radius is small"),
+                ("x.yaml: fluid.sources: fluid: mesh_jet 0: its faces are small", "'Rose': its faces are small"),
+                ("warning: fluid: blocks 0, 1 overlap", "warning: fluid: 'Bath' overlap"),
+                ("drench: bodies.7: x", "bodies.7: x"), ("warning: cloth 'Towel': x", "warning: cloth 'Towel': x")):
             self.assertEqual(problem.with_names(line, self.names), wanted)
 
     def test_chosen(self):
-        lines = ["scene: scene.yaml", "fluid: 3 particles", "drench: warning: body 1: x", "warning: body 1: x"]
+        lines = ["scene: scene.yaml", "fluid: 3 particles", "drench: warning: bodies.0: x", "warning: bodies.0: x"]
         self.assertEqual(process.chosen_messages(lines, self.names), ["warning: 'Floor': x"])
 
 
