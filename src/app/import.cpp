@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -54,6 +55,10 @@ std::vector<std::string> words_of(const ImportOptions& options) {
 }  // namespace
 
 bool is_imported(const std::string& file) { return has_ending(file, usd_endings) || has_ending(file, blender_endings); }
+
+std::string imported_endings() {
+  return fmt::format("{}, {}", fmt::join(usd_endings, ", "), fmt::join(blender_endings, ", "));
+}
 
 int import_command(const ImportOptions& options) {
   if (has_ending(options.file, scene_endings) && (options.prim || options.fps))

@@ -1,9 +1,18 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <system_error>
 
 #include "app/commands.hpp"
 #include "app/import_formats.hpp"
@@ -33,8 +42,28 @@ bool first_steps_converge(const Scene& scene) {
   return true;
 }
 
-/// The file itself, or what it is imported as; "" of none.
+/// Is standard output a file in another folder than the working one? Then relative paths would not hold in the scene.
+bool writes_elsewhere() {
+  namespace fs = std::filesystem;
+  struct stat state {};
+  std::error_code unknown;
+  if (fstat(STDOUT_FILENO, &state) != 0 || !S_ISREG(state.st_mode)) return false;
+  const fs::path written = fs::read_symlink("/proc/self/fd/1", unknown);
+  return !unknown && written.parent_path() != fs::current_path(unknown);
+}
+
+/// The file itself, or what it is imported as; "" of none. SetupError: a format that cannot be read.
 std::string mesh_of(const std::string& file, const std::optional<std::string>& prim) {
+  namespace fs = std::filesystem;
+  if (file.empty()) return "";
+  std::string ending = fs::path(file).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  constexpr std::array read{".obj", ".ply", ".stl"};
+  std::error_code unknown;
+  if (!is_imported(file) && std::find(read.begin(), read.end(), ending) == read.end() &&
+      !fs::is_directory(file, unknown))
+    throw SetupError(fmt::format("mesh file '{}': unknown extension; allowed: {}, {}", file, fmt::join(read, ", "),
+                                 imported_endings()));
   return is_imported(file) ? imported_mesh(file, prim) : file;
 }
 
@@ -55,7 +84,8 @@ int new_command(const NewOptions& options) {
     };
   } catch (const DeviceError&) {
   }
-  const FirstScene scene = first_scene(mesh, body, trial);
+  const FirstScene scene =
+      first_scene(mesh, body, trial, writes_elsewhere() ? MeshPaths::absolute : MeshPaths::as_given);
   for (const std::string& line : scene.warnings) fmt::print(stderr, "warning: {}\n", line);
   fmt::print("{}", scene.yaml);
   return exit_done;

@@ -4,13 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <utility>
 
 #include "base/eigen_vec.hpp"
 #include "scene/load.hpp"
 #include "scene/sequence_names.hpp"
 #include "setup/build.hpp"
 #include "setup/cloth_mesh.hpp"
+#include "setup/distance_field.hpp"
 #include "setup/file_place.hpp"
 #include "setup/forecast.hpp"
 #include "setup/garment.hpp"
@@ -31,11 +34,12 @@ constexpr double shortest_step = 2.5e-4;                   // s
 
 /// Everything that the text below has a number for. SI units.
 struct Suggestion {
-  std::string mesh;       // "" for the grid
-  std::string body;       // "" for none
+  std::string mesh;  // "" for the grid
+  std::string body;  // "" for none
+  MeshPaths paths = MeshPaths::as_given;
   bool animated = false;  // it is a pattern of the names of several files
   MeshGuess body_guess;
-  bool worn = false;               // the body is in it and holds it
+  bool pinned = true;              // false: the body holds it, or it falls onto the body
   std::vector<std::string> found;  // what the set-up says, as comments
   Garment garment;
   double spacing = 0, thickness = 0.001, bend = bends[0], step = longest_steps[0], every = 0.02, end = 1;
@@ -87,26 +91,58 @@ void choose_fabric(Suggestion& s, std::vector<std::string>& warnings) {
   s.capacity = s.garment.area * s.thickness * (1 - solid_fraction) * water;
 }
 
-/// A nozzle above a garment that lies, or above and before one that hangs; its jet meets the front.
-void choose_jet(Suggestion& s) {
+/// Distance (m) of a point to the body, negative inside it; empty without a body.
+using BodyDistance = std::function<double(const Vec3&)>;
+
+/// A point of a sheet, and how far above it the nozzle is, such that the jet does not begin in the body or hit it
+/// before the sheet: the middle and 0.25 of the size if possible.
+std::pair<Vec3, double> place_above_sheet(const Suggestion& s, const BodyDistance& to_body) {
   const Garment& g = s.garment;
-  const double top = g.box.max[1], reach = 0.25 * g.size;
+  const double usual = 0.25 * g.size, room = s.radius + s.spacing;
+  const Vector3d low = to_eigen(g.box.min), sides = to_eigen(g.box.max) - low;
+  const auto point = [&](double along_x, double along_z) {
+    return Vec3{low[0] + along_x * sides[0], g.box.max[1], low[2] + along_z * sides[2]};
+  };
+  const auto is_free = [&](Vec3 x, double reach) {
+    for (const double bottom = x[1] + room; to_body && x[1] <= bottom - room + reach; x[1] += 0.5 * room)
+      if (x[1] >= bottom && to_body(x) < room) return false;
+    return true;
+  };
+  for (const double off : {0.0, 0.2, 0.3})
+    for (const auto& [x, z] : {std::pair{0.0, -1.0}, {0.0, 1.0}, {-1.0, 0.0}, {1.0, 0.0}, {-1.0, -1.0}, {1.0, 1.0}})
+      if (is_free(point(0.5 + off * x, 0.5 + off * z), usual)) return {point(0.5 + off * x, 0.5 + off * z), usual};
+  double reach = usual;  // the body is everywhere: above it
+  const Vec3 middle = point(0.5, 0.5);
+  while (reach < 100 * g.size && to_body({middle[0], middle[1] + reach, middle[2]}) < room) reach += room;
+  return {middle, reach};
+}
+
+/// A nozzle above a garment that lies, or above and before one that hangs; its jet meets the front.
+void choose_jet(Suggestion& s, const BodyDistance& to_body = {}) {
+  const Garment& g = s.garment;
+  const double top = g.box.max[1];
+  double reach = 0.25 * g.size;
   s.radius = neat(std::max(2.5 * s.spacing, 0.04 * g.size));
   double flight = 0;  // s, until the water is there
   if (g.flat) {
     const double speed = neat(std::sqrt(gravity * g.size) / 3);
-    const Vec3 middle = to_vec3(0.5 * (to_eigen(g.box.min) + to_eigen(g.box.max)));
-    s.nozzle = {neat(middle[0], 3), neat(top + reach, 3), neat(middle[2], 3)};
+    const auto [target, above] = place_above_sheet(s, to_body);
+    reach = above;
+    s.nozzle = {neat(target[0], 3), neat(top + reach, 3), neat(target[2], 3)};
     s.velocity = {0, -speed, 0};
     flight = (std::sqrt(speed * speed + 2 * gravity * reach) - speed) / gravity;
   } else {
     const auto front = static_cast<std::size_t>(front_axis(g));
     Vec3 target = front_point(g, g.box.min[1] + 0.45 * (top - g.box.min[1]));
     target[front] -= 0.3 * (g.box.max[front] - g.box.min[front]);  // the front falls back as the garment begins to hang
-    s.nozzle = target;
-    s.nozzle[1] = top + 0.05 * g.size;
-    s.nozzle[front] = g.box.max[front] + reach;
-    for (double& x : s.nozzle) x = neat(x, 3);
+    constexpr double farthest = 4;                                 // of the usual distance, where a body is in the way
+    do {
+      s.nozzle = target;
+      s.nozzle[1] = top + 0.05 * g.size;
+      s.nozzle[front] = g.box.max[front] + reach;
+      for (double& x : s.nozzle) x = neat(x, 3);
+      reach += 0.25 * g.size;
+    } while (to_body && to_body(s.nozzle) < s.radius + s.spacing && reach <= farthest * 0.25 * g.size);
     // In 0.7 of the time of free fall, so that the jet does not fall apart on its way.
     const double height = s.nozzle[1] - target[1];
     flight = 0.7 * std::sqrt(2 * height / gravity);
@@ -160,13 +196,23 @@ std::string reasons(const MeshGuess& guess) {
   return text;
 }
 
+/// The quoted name of a file in the scene.
+std::string written(const Suggestion& s, const std::string& file) {
+  return quoted(s.paths == MeshPaths::absolute ? std::filesystem::absolute(file).string() : file);
+}
+
+const char* kind_of_path(const Suggestion& s, const std::string& file) {
+  const bool absolute = s.paths == MeshPaths::absolute || std::filesystem::path(file).is_absolute();
+  return absolute ? "absolute path" : "relative to the folder of this file";
+}
+
 std::string mesh_lines(const Suggestion& s) {
   const Garment& g = s.garment;
   if (s.mesh.empty())
     return fmt::format("    mesh: {{grid: {{size: [{}, {}], nodes: [{}, {}]}}}}   # m; or {{file: garment.obj}}\n",
                        grid.size[0], grid.size[1], grid.nodes[0], grid.nodes[1]);
-  std::string lines = fmt::format("    mesh: {{file: {}{}}}   # relative to the folder of this file{}\n",
-                                  quoted(s.mesh), coordinates(g.guess), reasons(g.guess));
+  std::string lines = fmt::format("    mesh: {{file: {}{}}}   # {}{}\n", written(s, s.mesh), coordinates(g.guess),
+                                  kind_of_path(s, s.mesh), reasons(g.guess));
   if (g.shift != Vec3{0, 0, 0})
     lines += fmt::format("    place: {{position: {}}}   # m; moves it to the origin, where rounding is smallest\n",
                          list(g.shift));
@@ -180,8 +226,8 @@ std::string body_lines(const Suggestion& s) {
         "#   - plane: {{point: [0, {:.6g}, 0], normal: [0, 1, 0]}}   # m\n",
         s.domain.min[1] + 0.1 * s.garment.size);
   const char* motion = s.animated ? ", fps: 24" : "";
-  return fmt::format("bodies:\n  - mesh: {{{}: {}{}{}}}   # relative to the folder of this file{}\n",
-                     s.animated ? "sequence" : "file", quoted(s.body), motion, coordinates(s.body_guess),
+  return fmt::format("bodies:\n  - mesh: {{{}: {}{}{}}}   # {}{}\n", s.animated ? "sequence" : "file",
+                     written(s, s.body), motion, coordinates(s.body_guess), kind_of_path(s, s.body),
                      reasons(s.body_guess));
 }
 
@@ -236,7 +282,7 @@ std::string text_of(const Suggestion& s, bool with_body = true) {
       "    friction: 0.4                     # 1; of dry fabric, on bodies and on itself\n"
       "    friction_wet: 1.0                 # 1; wet fabric clings\n",
       s.thickness, s.bend > 0 ? fmt::format("{:.1e}", s.bend) : "0");
-  if (!s.worn) text += pin_line(s);
+  if (s.pinned) text += pin_line(s);
   text += fmt::format("    self_collision: {}\n",
                       s.self_collision ? "true              # front and back do not pass through each other; costs time"
                                        : "false             # true for cloth that folds onto itself; costs time");
@@ -323,68 +369,110 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
   warnings.push_back(s.found.back());
 }
 
-/// Solid angle of the mesh seen from x over 4π: 1 inside a closed one, a good part of it inside an open garment.
-double winding(const SurfaceMesh& mesh, const Vector3d& x) {
-  double sum = 0;
+/// How a mesh lies around a point.
+struct Around {
+  double winding =
+      0;  // solid angle of the mesh over 4π: 1 inside a closed one, a good part of it inside an open garment
+  double lopsided =
+      0;  // length of the mean direction in which the mesh is seen: 0 all around, 0.5 at a plane, 1 far away
+};
+
+Around around(const SurfaceMesh& mesh, const Vector3d& x) {
+  double angle = 0;                       // half the solid angle
+  Vector3d direction = Vector3d::Zero();  // integral over the solid angle, by its border: great circles
   for (const auto& t : mesh.triangles) {
     const auto side = [&](std::size_t k) -> Vector3d {
       return to_eigen(mesh.points[static_cast<std::size_t>(t[k])]) - x;
     };
-    const Vector3d a = side(0), b = side(1), c = side(2);
+    const Vector3d corner[3] = {side(0), side(1), side(2)};
+    const auto& [a, b, c] = corner;
     const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    angle += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d& from = corner[k];
+      const Vector3d& to = corner[(k + 1) % 3];
+      const Vector3d across = from.cross(to);
+      const double length = across.norm();
+      if (length > 0) direction += 0.5 * std::atan2(length, from.dot(to)) / length * across;
+    }
   }
-  return std::abs(sum) / (2 * std::numbers::pi);
+  const double solid_angle = 2 * std::abs(angle);
+  return {solid_angle / (4 * std::numbers::pi), solid_angle > 0 ? direction.norm() / solid_angle : 1};
 }
 
-/// Is a part of the body in the garment?
-bool wears(const std::vector<Vec3>& body, const Garment& garment) {
+/// Does the garment go around a part of the body? A sheet that lies at it never does.
+bool surrounds(const Garment& garment, const std::vector<Vec3>& body) {
+  constexpr double least_winding = 0.3, most_lopsided = 0.45;  // 0.5 at a plane
   std::vector<Vec3> near;
   for (const Vec3& x : body)
     if (contains(garment.box.min, garment.box.max, x)) near.push_back(x);
   const std::size_t stride = 1 + near.size() / 200;
   std::size_t seen = 0, inside = 0;
-  for (std::size_t k = 0; k < near.size(); k += stride, ++seen)
-    inside += winding(garment.mesh, to_eigen(near[k])) > 0.3 ? 1 : 0;
+  for (std::size_t k = 0; k < near.size(); k += stride, ++seen) {
+    const Around found = around(garment.mesh, to_eigen(near[k]));
+    inside += found.winding > least_winding && found.lopsided < most_lopsided ? 1 : 0;
+  }
   return seen > 0 && 10 * inside > seen;
 }
 
-/// The garment of the suggestion, and the body.
-void measure(Suggestion& s, FirstScene& result) {
+/// The garment of the suggestion, and the first of the body's files.
+std::string measure(Suggestion& s, FirstScene& result) {
   SurfaceMesh mesh = s.mesh.empty() ? grid_mesh(grid) : read_mesh(s.mesh, scene_path);
   const std::string label = s.mesh.empty() ? "the grid" : s.mesh;
   const bool with_body = !s.body.empty();
   MeshGuess guess = s.mesh.empty() ? MeshGuess{} : guess_of(bounds_of(mesh.points));
-  SurfaceMesh body;
+  std::string first;
   if (with_body) {
     const std::vector<std::string> files = sequence_names(s.body, "");
     if (files.empty()) throw SetupError(fmt::format("mesh files '{}': no such files", s.body));
     s.animated = files.size() > 1 || files.front() != s.body;
-    body = read_mesh(files.front(), scene_path);
-    const Box box = bounds_of(body.points);
+    first = files.front();
+    const Box box = bounds_of(read_mesh(first, scene_path).points);
     s.body_guess = guess_of(box);
     if (!s.mesh.empty()) guess = guess_beside(bounds_of(mesh.points), box, s.body_guess);
   }
   s.garment = measure_garment(std::move(mesh), label, guess, with_body);
   if (!s.garment.unit_warning.empty()) result.warnings.push_back(s.garment.unit_warning);
-  if (!with_body) return;
-  FilePlace{metres_in(s.body_guess.unit) * upright(s.body_guess.up), Vector3d::Zero()}(body.points);
-  s.worn = wears(body.points, s.garment);
-  s.found.push_back(s.worn ? "The body is inside the garment and holds it, so there are no pins"
-                           : "No part of the body is inside the garment, which is held at its highest points");
+  return first;
+}
+
+/// Puts the nozzle where the body is not, and decides by what holds the garment. An animated body counts as its
+/// first file.
+void place_with_body(Suggestion& s, const std::string& body_file) {
+  Suggestion still = s;
+  still.body = body_file;
+  still.animated = still.pinned = still.self_collision = false;
+  const Setup setup = build(parse_scene(text_of(still), scene_path));
+  const Body& body = setup.model.bodies.front();
+  if (!body.field.empty()) choose_jet(s, exact_distance(body));
+  const bool sheet = s.garment.flat && s.garment.open, around_it = surrounds(s.garment, body.mesh_points),
+             falls = falls_freely(setup.model, setup.model.cloths.front());
+  s.pinned = falls || (!sheet && !around_it);
+  const char* pins = sheet ? "its edges" : "its highest points";
+  s.found.push_back(
+      !s.pinned && around_it ? "The body is inside the garment and holds it, so there are no pins"
+      : !s.pinned            ? "The cloth falls onto the body, so there are no pins"
+      : around_it ? fmt::format("The body is inside the garment but does not hold it, so it is pinned at {}", pins)
+      : sheet ? fmt::format("The body is not under the cloth, which would fall past it, so it is pinned at {}", pins)
+              : "No part of the body is inside the garment, which is held at its highest points");
 }
 
 }  // namespace
 
-FirstScene first_scene(const std::string& mesh, const std::string& body, const TrySteps& trial) {
+FirstScene first_scene(const std::string& mesh, const std::string& body, const TrySteps& trial, MeshPaths paths) {
   FirstScene result;
   Suggestion s;
+  s.paths = paths;
   s.mesh = mesh;
   s.body = body;
-  measure(s, result);
+  const std::string body_file = measure(s, result);
   choose_fabric(s, result.warnings);
   choose_jet(s);
   choose_domain(s);
+  if (!body.empty()) {
+    place_with_body(s, body_file);
+    choose_domain(s);
+  }
   choose_step(s, result.warnings);
   if (s.bend < bends[0])
     result.warnings.push_back(

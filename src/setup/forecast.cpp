@@ -38,6 +38,14 @@ double solid_distance(const Model& model, const Vec3& x, double within, const Bo
   return distance;
 }
 
+/// Is x on a side of the body that looks down, so that it is farther away below x? Then it holds nothing.
+bool is_underside(const Body& body, const Vec3& x, const Vector3d& down, double thickness) {
+  Vec3 normal;
+  const double here = signed_distance(body, x, normal),
+               below = signed_distance(body, to_vec3(to_eigen(x) + thickness * down), normal);
+  return here > -rounding_of(body) && below > here + 0.1 * thickness;
+}
+
 /// Nothing goes on behind it.
 bool is_wall(const Body& body) {
   return body.kind == BodyScene::Kind::plane || (body.kind == BodyScene::Kind::box && body.inside);
@@ -204,8 +212,9 @@ bool falls_freely(const Model& model, const ClothMaterial& cloth, const std::vec
   for (std::size_t k = 0; k < nodes.size(); k += stride(nodes.size(), 100)) {
     Vector3d x = to_eigen(model.mesh.rest_position[static_cast<std::size_t>(nodes[k])]);
     while (contains(domain.min, domain.max, to_vec3(x))) {
-      const double distance = solid_distance(model, to_vec3(x), within, nullptr);
-      if (distance < 1.1 * cloth.thickness) return false;
+      const Body* body = nullptr;
+      const double distance = solid_distance(model, to_vec3(x), within, &body);
+      if (distance < 1.1 * cloth.thickness && !is_underside(*body, to_vec3(x), down, cloth.thickness)) return false;
       if (!std::isfinite(distance)) break;
       x += std::max({distance - cloth.thickness, 0.5 * cloth.thickness, shortest}) * down;
     }

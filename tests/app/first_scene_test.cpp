@@ -4,7 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <numbers>
 
 #include "commands_fixture.hpp"
@@ -32,16 +35,17 @@ class NewScene : public Commands {
     return obj;
   }
 
-  /// An ellipsoid that stands in such a tube, and is higher: OBJ text. `z_up` and in `unit` metres.
+  /// An egg that stands in such a tube, is higher, and so wide below it that it holds the tube: OBJ text. `z_up` and in
+  /// `unit` metres.
   static std::string figure(double height, double unit = 1, bool z_up = false) {
     constexpr int around = 24, rows = 16;
     std::string obj;
     for (int j = 0; j <= rows; ++j)
       for (int i = 0; i < (j == 0 || j == rows ? 1 : around); ++i) {
         const double angle = 2 * std::numbers::pi * i / around, polar = std::numbers::pi * j / rows;
-        const double x = 0.2 * height * std::sin(polar) * std::cos(angle),
-                     y = height * (0.5 - 0.6 * std::cos(polar)) + 0.1 * height,
-                     z = 0.12 * height * std::sin(polar) * std::sin(angle);
+        const double wide = height * std::sin(polar) * (1 + 5 * std::max(0.0, std::cos(polar) - 0.4));
+        const double x = 0.2 * wide * std::cos(angle), y = height * (0.3 - 0.9 * std::cos(polar)),
+                     z = 0.12 * wide * std::sin(angle);
         obj += z_up ? fmt::format("v {:.9g} {:.9g} {:.9g}\n", x / unit, -z / unit, y / unit)
                     : fmt::format("v {:.9g} {:.9g} {:.9g}\n", x / unit, y / unit, z / unit);
       }
@@ -193,6 +197,80 @@ TEST_F(NewScene, BesideABodyHangsByItsTop) {
   EXPECT_NE(made.out.find("    pin: "), std::string::npos);
 }
 
+/// A square sheet in the plane y = height, in cells: OBJ text.
+std::string flat_sheet(double side, double height, int cells = 16) {
+  std::string obj;
+  for (int j = 0; j <= cells; ++j)
+    for (int i = 0; i <= cells; ++i)
+      obj += fmt::format("v {:.9g} {:.9g} {:.9g}\n", side * (1.0 * i / cells - 0.5), height,
+                         side * (1.0 * j / cells - 0.5));
+  for (int j = 0; j < cells; ++j)
+    for (int i = 0; i < cells; ++i) {
+      const int a = j * (cells + 1) + i + 1;
+      obj += fmt::format("f {} {} {} {}\n", a, a + cells + 1, a + cells + 2, a + 1);
+    }
+  return obj;
+}
+
+/// A box: OBJ text.
+std::string block(const Vec3& min, const Vec3& max) {
+  std::string obj;
+  for (int corner = 0; corner < 8; ++corner)
+    obj += fmt::format("v {} {} {}\n", (corner & 1 ? max : min)[0], (corner & 2 ? max : min)[1],
+                       (corner & 4 ? max : min)[2]);
+  return obj + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
+TEST_F(NewScene, OfASheetAndABodyTellsWhetherItFalls) {
+  write_text(here() / "sheet.obj", flat_sheet(0.4, 0));
+  // One that stands on the sheet, face to face: it does not hold the sheet, and its depth there is rounding.
+  write_text(here() / "above.obj", block({-0.075, 0, -0.075}, {0.075, 0.3, 0.075}));
+  const Outcome above = drench({"new", "sheet.obj", "--body", "above.obj"});
+  ASSERT_EQ(above.code, 0) << above.err;
+  EXPECT_NE(above.out.find("# The body is not under the cloth, which would fall past it, so it is pinned at its edges"),
+            std::string::npos)
+      << above.out;
+  EXPECT_NE(above.out.find("    pin: [{edges: true}]"), std::string::npos) << above.out;
+  EXPECT_EQ(above.err.find("inside a solid body"), std::string::npos) << above.err;
+  // One under it.
+  write_text(here() / "below.obj", block({-0.075, -0.2, -0.075}, {0.075, -0.05, 0.075}));
+  const Outcome below = drench({"new", "sheet.obj", "--body", "below.obj"});
+  ASSERT_EQ(below.code, 0) << below.err;
+  EXPECT_NE(below.out.find("# The cloth falls onto the body, so there are no pins"), std::string::npos) << below.out;
+  EXPECT_EQ(below.out.find("    pin: "), std::string::npos) << below.out;
+  EXPECT_EQ(below.err.find("falls out of the domain"), std::string::npos) << below.err;
+}
+
+TEST_F(NewScene, AroundABodyThatDoesNotHoldItIsPinned) {
+  write_text(here() / "garment.obj", tube(0.6, 1));
+  write_text(here() / "body.obj", block({-0.03, 0.05, -0.03}, {0.03, 0.5, 0.03}));
+  const Outcome made = drench({"new", "garment.obj", "--body", "body.obj"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("# The body is inside the garment but does not hold it, so it is pinned at its highest"),
+            std::string::npos)
+      << made.out;
+  EXPECT_NE(made.out.find("    pin: "), std::string::npos);
+  EXPECT_EQ(made.err.find("it falls"), std::string::npos) << made.err;
+}
+
+TEST_F(NewScene, PutsItsEmitterBesideABodyThatIsInTheWay) {
+  write_text(here() / "sheet.obj", flat_sheet(0.4, 0));
+  write_text(here() / "body.obj", block({-0.03, -0.05, -0.03}, {0.03, 0.3, 0.03}));
+  const Outcome made = drench({"new", "sheet.obj", "--body", "body.obj"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(made.err.find("points of its mouth are inside a solid body"), std::string::npos) << made.err;
+}
+
+TEST_F(NewScene, WritesPathsThatHoldInAnotherFolder) {
+  write_text(here() / "garment.obj", tube(1, 1));
+  std::filesystem::create_directories(here() / "sub");
+  const std::string command =
+      fmt::format("cd '{}' && '{}' new garment.obj > sub/scene.yaml 2> sub/err.txt", here().string(), program());
+  ASSERT_EQ(std::system(command.c_str()), 0) << read_text(here() / "sub/err.txt");
+  EXPECT_EQ(drench({"check", "sub/scene.yaml"}).code, 0);
+  EXPECT_NE(read_text(here() / "sub/scene.yaml").find("   # absolute path"), std::string::npos);
+}
+
 TEST_F(NewScene, SaysWhatItFoundOfSeamsAndPieces) {
   std::string obj;  // two squares with doubled points between them, and one that lies apart
   for (const double x : {0.0, 0.5, 2.0})
@@ -265,7 +343,9 @@ TEST_F(NewScene, RefusesWhatIsNoClothInOneLine) {
   write_text(here() / "line.obj", "v 0 0 0\nv 1 0 0\nv 0.5 0 0\nf 1 2 3\n");
   expect_refusal({"new", "line.obj"}, "it holds no triangles");
   write_text(here() / "garment.txt", "v 0 0 0\n");
-  expect_refusal({"new", "garment.txt"}, "unknown extension");
+  expect_refusal({"new", "garment.txt"}, "unknown extension; allowed: .obj, .ply, .stl, .usd");
+  std::filesystem::create_directories(here() / "folder");
+  expect_refusal({"new", "folder"}, "folder': it is a folder; allowed: a file .obj, .ply or .stl");
   expect_refusal({"new", "a.obj", "b.obj"}, "b.obj");
 }
 
