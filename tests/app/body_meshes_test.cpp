@@ -331,7 +331,7 @@ TEST_F(BodyMeshes, TheFieldOfALargeOneCoversTheDomainOnly) {
     return built(fmt::format(
         "drench: 1\nfluid: {{spacing: 0.1, sources: [{{block: {{min: [-0.5, 0, -0.5], max: [0.5, 0.5, 0.5]}}}}]}}\n"
         "domain: {{min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}}\n"
-        "bodies: [{{mesh: {{file: {}, scale: 20, position: [0, -20, 0]{}}}}}]\n",
+        "bodies: [{{mesh: {{file: {}, scale: 4, position: [0, -4, 0]{}}}}}]\n",
         ball, more));
   };
   const drench::Setup still = large(""), moving = large(", velocity: [0.1, 0, 0]");
