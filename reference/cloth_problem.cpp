@@ -25,6 +25,70 @@ void add_plates(const ClothMesh& mesh, const Vectors& x, Vectors& force) {
   }
 }
 
+/// A body within the range of contact of a node.
+struct Touched {
+  std::size_t body;
+  Vector3d normal = Vector3d::Zero();
+  double slope = 1;
+  bool squeezes = false;  // does it, together with another one?
+  double pressed = 0;
+};
+
+/// The two bodies that squeeze a node into the narrowest gap.
+struct SqueezingPair {
+  bool exists = false;
+  std::size_t first = 0, second = 0;
+  Vector3d halfway = Vector3d::Zero();  // normal of the surface between them, away from the first
+  double squeeze = 0;                   // of all pairs, on each body
+  double across = 0;                    // what presses the node from the first, or, if negative, from the second
+};
+
+/// `half`: what squeezes the node to half of its thickness.
+SqueezingPair squeezing_pair(const std::vector<PlacedBody>& bodies, std::vector<Touched>& touched,
+                             const ClothMaterial& m, double half, const Vector3d& x) {
+  SqueezingPair pair;
+  double narrowest = 2 * m.thickness;
+  for (std::size_t k = 1; k < touched.size(); ++k)
+    for (std::size_t j = 0; j < k; ++j) {
+      Touched &one = touched[j], &other = touched[k];
+      const std::optional<double> gap = gap_between(bodies[one.body], bodies[other.body], m.thickness, x);
+      if (!gap) continue;
+      one.squeezes = other.squeezes = true;
+      const double fibres = m.rigid_share;                                     // of τ: no pressure takes more
+      const double width = std::max(fibres + 0.01, *gap / (2 * m.thickness));  // over the free one
+      pair.squeeze += half * (1 - width) / (width - fibres);
+      if (!(*gap < narrowest)) continue;
+      narrowest = *gap;
+      pair.exists = true;
+      pair.first = one.body;
+      pair.second = other.body;
+      pair.halfway = (one.slope * one.normal - other.slope * other.normal).normalized();
+    }
+  return pair;
+}
+
+/// Takes from `push` all that presses across the surface halfway, and the least pressing forces that leave no part of
+/// it inward of the other bodies: the normal equations with signs, one after the other.
+void take_what_presses(std::vector<Touched>& touched, SqueezingPair& pair, Vector3d& push) {
+  const double size = push.norm();
+  constexpr int most_sweeps = 1000;
+  double change = 1;
+  for (int sweep = 0; sweep < most_sweeps && change > 1e-12 * size && size > 0; ++sweep) {
+    const double across = -push.dot(pair.halfway);
+    pair.across += across;
+    push += across * pair.halfway;
+    change = std::abs(across);
+    for (Touched& t : touched) {
+      if (t.squeezes) continue;
+      const double before = t.pressed;
+      t.pressed = std::max(0.0, before - push.dot(t.normal));
+      push += (t.pressed - before) * t.normal;
+      change = std::max(change, std::abs(t.pressed - before));
+    }
+    if (touched.size() == 1) break;
+  }
+}
+
 }  // namespace
 
 Eigen::Matrix2d rest_frame(const ClothMesh& mesh, Index t) {
@@ -260,64 +324,44 @@ Vector3d ClothProblem::before_planes(Index n, const Vector3d& now, Vector3d x) c
 
 NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, double stiffness,
                                   const OfBody& of_body) const {
-  const double thickness = material(n).thickness;
-  struct Touched {
-    std::size_t body;
-    Vector3d normal;
-    double pressed = 0;
-  };
   std::vector<Touched> touched;
   for (std::size_t b = 0; b < bodies.size() && is_free(n) && touched.size() < 4; ++b) {
-    Vector3d normal;
-    const std::optional<double> distance = distance_to(bodies[b], x, normal);
-    if (distance && *distance < clearance[n].kept + contact_range * thickness) touched.push_back({b, normal});
+    Touched t{.body = b};
+    const std::optional<double> distance = distance_to(bodies[b], x, t.normal, t.slope);
+    if (distance && *distance < clearance[n].kept + contact_range * material(n).thickness) touched.push_back(t);
   }
   NodeContact found;
   if (touched.empty()) return found;
-  // The least pressing forces that leave no part of `push` inward: the normal equations with signs, one after the
-  // other.
-  const double size = push.norm();
-  constexpr int most_sweeps = 1000;
-  double change = 1;
-  for (int sweep = 0; sweep < most_sweeps && change > 1e-12 * size && size > 0; ++sweep) {
-    change = 0;
-    for (Touched& t : touched) {
-      const double before = t.pressed;
-      t.pressed = std::max(0.0, before - push.dot(t.normal));
-      push += (t.pressed - before) * t.normal;
-      change = std::max(change, std::abs(t.pressed - before));
-    }
-    if (touched.size() == 1) break;
+  const double half =
+      material(n).compression_per_mass * model().mesh.solid_mass[n] / stiffness;  // squeezes to half of τ
+  SqueezingPair pair = squeezing_pair(bodies, touched, material(n), half, x);
+  take_what_presses(touched, pair, push);
+  const auto press = [&](std::size_t b, double force, const Vector3d& normal) {
+    if (of_body) of_body(b, -force * normal);
+    found.press += force;
+    found.surface += force * bodies[b].velocity_at(x);
+  };
+  const auto hold = [&](const Vector3d& normal) {
+    const Vector3d fresh = found.free * normal;
+    if (fresh.norm() >= 0.05) found.free -= fresh.normalized() * fresh.normalized().transpose();
+  };
+  if (pair.exists) {
+    hold(pair.halfway);
+    press(pair.first, pair.squeeze + std::max(0.0, pair.across), pair.halfway);
+    press(pair.second, pair.squeeze + std::max(0.0, -pair.across), -pair.halfway);
+    // Friction acts against the mean motion of both.
+    found.surface = found.press / 2 * (bodies[pair.first].velocity_at(x) + bodies[pair.second].velocity_at(x));
   }
   for (const Touched& t : touched) {
-    if (of_body) of_body(t.body, -t.pressed * t.normal);
-    if (t.pressed == 0) continue;
-    found.press += t.pressed;
-    found.surface += t.pressed * bodies[t.body].velocity_at(x);
-    const Vector3d fresh = found.free * t.normal;
-    if (fresh.norm() >= 0.05) found.free -= fresh.normalized() * fresh.normalized().transpose();
+    if (t.squeezes) continue;
+    press(t.body, t.pressed, t.normal);
+    if (t.pressed > 0) hold(t.normal);
   }
   if (found.press > 0)
     found.surface /= found.press;
-  else
+  else if (!pair.exists)
     found = {Eigen::Matrix3d::Identity() - touched[0].normal * touched[0].normal.transpose(),
              bodies[touched[0].body].velocity_at(x), 0};
-  const double half =
-      material(n).compression_per_mass * model().mesh.solid_mass[n] / stiffness;  // squeezes to half of τ
-  for (std::size_t k = 1; k < touched.size(); ++k)
-    for (std::size_t j = 0; j < k; ++j) {
-      const Touched &one = touched[j], &other = touched[k];
-      const std::optional<double> gap = gap_between(bodies[one.body], bodies[other.body], thickness, x);
-      if (!gap) continue;
-      const double fibres = material(n).rigid_share;                         // of τ: no pressure takes more
-      const double width = std::max(fibres + 0.01, *gap / (2 * thickness));  // over the free one
-      const double squeeze = half * (1 - width) / (width - fibres);
-      found.surface = (bodies[one.body].velocity_at(x) + bodies[other.body].velocity_at(x)) / 2;
-      found.press += 2 * squeeze;
-      if (!of_body) continue;
-      of_body(one.body, -squeeze * one.normal);
-      of_body(other.body, -squeeze * other.normal);
-    }
   return found;
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 
 #include "base/eigen_vec.hpp"
@@ -32,10 +33,35 @@ class SolidsNow {
       if (model.bodies[b].deforms()) shapes_[b] = exact_distance(shape_at(model.bodies[b], state.time));
   }
   /// The least of them, m.
-  double least_distance(Vec3 x) const {
-    double least = 1e30;
-    for (std::size_t b = 0; b < model_.bodies.size(); ++b) least = std::min(least, distance(b, x));
+  double least_distance(Vec3 x) const { return nearest_two(x)[0].distance; }
+
+  struct Near {
+    double distance = 1e30;
+    std::size_t body = 0;
+  };
+  /// The nearest solid and the next one.
+  std::array<Near, 2> nearest_two(Vec3 x) const {
+    std::array<Near, 2> least;
+    for (std::size_t b = 0; b < model_.bodies.size(); ++b) {
+      const Near here{distance(b, x), b};
+      if (here.distance < least[0].distance)
+        least = {here, least[0]};
+      else if (here.distance < least[1].distance)
+        least[1] = here;
+    }
     return least;
+  }
+  std::string name(std::size_t b) const {
+    const std::string& own = model_.scene.bodies[b].name;
+    return own.empty() ? fmt::format("bodies.{}", b) : fmt::format("'{}'", own);
+  }
+  /// Two solids that overlap where a node of cloth is, and what to do about it.
+  std::string describe_overlap(const std::array<Near, 2>& near, const Vec3& x) const {
+    const double depth = -near[0].distance - near[1].distance;
+    return fmt::format(
+        "; bodies {} and {} overlap by {:.2g} m at ({:.4f}, {:.4f}, {:.4f}): leave room for the cloth between them",
+        name(std::min(near[0].body, near[1].body)), name(std::max(near[0].body, near[1].body)), depth, x[0], x[1],
+        x[2]);
   }
 
  private:
@@ -73,19 +99,25 @@ std::string describe_nodes_inside(const Model& model, const HostState& state) {
   std::string text;
   for (const ClothMaterial& cloth : model.cloths) {
     std::size_t inside = 0;
-    double deepest = 0;
+    double deepest = 0, most_overlap = 0;
+    std::string overlap;
     for (Index n = cloth.first_node; n < cloth.first_node + cloth.node_count; ++n) {
       if (model.mesh.pinned[static_cast<std::size_t>(n)]) continue;
-      const double distance = solids.least_distance(state.node_position[static_cast<std::size_t>(n)]);
+      const Vec3& x = state.node_position[static_cast<std::size_t>(n)];
+      const auto near = solids.nearest_two(x);
+      const double distance = near[0].distance;
       // The solver's distance to a mesh is interpolated: what is less deep than a tenth of the thickness is not told
       // apart.
       if (!(distance < -0.1 * cloth.thickness)) continue;
       ++inside;
       deepest = std::max(deepest, -distance);
+      if (-near[1].distance <= most_overlap) continue;
+      most_overlap = -near[1].distance;
+      overlap = solids.describe_overlap(near, x);
     }
     if (inside > 0)
-      text += fmt::format("{}t = {:.6g} s: {}: {} nodes are inside solids, up to {:.2g} m deep",
-                          text.empty() ? "" : "; ", state.time, cloth_label(cloth.name), inside, deepest);
+      text += fmt::format("{}t = {:.6g} s: {}: {} nodes are inside solids, up to {:.2g} m deep{}",
+                          text.empty() ? "" : "; ", state.time, cloth_label(cloth.name), inside, deepest, overlap);
   }
   return text;
 }

@@ -305,6 +305,21 @@ TEST_F(Failure, AParticleThatTwoSolidsHoldIsAWarning) {
       << log();
 }
 
+/// Jaws that overlap leave the cloth between them no place.
+TEST_F(Failure, SolidsThatOverlapWithClothBetweenThemAreNamed) {
+  write_text(here() / "scene.yaml", std::string(healthy_scene) + R"(  - name: lower
+    box: {min: [-0.04, 0.2, -0.04], max: [0.04, 0.31, 0.04]}
+  - box: {min: [-0.04, 0.29, -0.04], max: [0.04, 0.4, 0.04]}
+)");
+  const Outcome o = run_from([](HostState&) {});
+  EXPECT_EQ(o.code, 0) << o.err;
+  const std::string line =
+      "warning: t = 0.03 s: cloth 'pinned': 9 nodes are inside solids, up to 0.01 m deep; bodies 'lower' and "
+      "bodies.3 overlap by 0.02 m at (";
+  EXPECT_NE(log().find(line), std::string::npos) << log();
+  EXPECT_NE(log().find("): leave room for the cloth between them"), std::string::npos) << log();
+}
+
 /// Two sheets without self-collision meet within a step, with a particle between them.
 TEST_F(Failure, AParticleThatGoesThroughClothIsAWarning) {
   const Outcome o = run_from([](HostState& s) {

@@ -123,6 +123,28 @@ bodies:
   EXPECT_NEAR(lowest, -0.1 + 0.1, 0.01) << "m; it has risen with the boxes";
 }
 
+TEST(contact, round_jaws_hold_a_thick_towel) {
+  // Two balls squeeze a hanging towel of 3.5 mm to 1 mm at their nearest points, and rise by 25 mm. It weighs 2 g.
+  const char* const lift = "[[0, [0, 0, 0]], [0.05, [0, 0, 0]], [0.1, [0, 0.25, 0]], [0.2, [0, 0, 0]]]";
+  WatchedRun run(fmt::format(R"(drench: 1
+time: {{step: 0.004, end: 1}}
+cloth:
+  - mesh: {{grid: {{size: [0.06, 0.06], nodes: [13, 13]}}}}
+    fabric: cotton_terry
+    friction: 0.8
+    place: {{rotate: {{axis: [1, 0, 0], degrees: 90}}, position: [0, -0.02, 0]}}
+bodies:
+  - sphere: {{center: [0, 0, 0.021], radius: 0.02, velocity: {0}}}
+  - sphere: {{center: [0, 0, -0.021], radius: 0.02, velocity: {0}}}
+)",
+                             lift),
+                 {.energy = HUGE_VAL});
+  EXPECT_EQ(unconverged_steps(run, 0.3), 0);
+  double highest = -1;
+  for (const Vec3& x : run.state().node_position) highest = std::max(highest, x[1]);
+  EXPECT_NEAR(highest, 0.01 + 0.01875, 0.003) << "m; it has risen with the balls";
+}
+
 TEST(contact, a_sheet_inside_a_body_comes_out_without_being_thrown) {
   WatchedRun run(sheet_inside_a_sphere, {.energy = HUGE_VAL});
   const auto inside = [](const HostState& s) {

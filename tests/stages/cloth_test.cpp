@@ -72,10 +72,41 @@ std::string free_of_solids() {
 
 }  // namespace
 
+namespace {
+
+/// A thick sheet between two balls, the upper one moving: where they squeeze it their normals are far from opposite.
+std::string between_balls(const std::string& solver) {
+  return R"(drench: 1
+time: {step: 0.002, end: 1}
+cloth:
+  - mesh: {grid: {size: [0.1, 0.1], nodes: [11, 11]}}
+    thickness: 0.004
+    pin: [{box: {min: [-0.06, -1, -0.06], max: [-0.04, 1, 0.06]}}]
+bodies:
+  - sphere: {center: [0.003, -0.0215, 0.002], radius: 0.02}
+  - sphere: {center: [0.003, 0.0215, 0.002], radius: 0.02, velocity: [0.05, -0.01, 0]}
+cloth_solver: )" +
+         solver + '\n';
+}
+
+/// Some nodes stick and some slip.
+void pull_out(const Model& m, HostState& s) {
+  for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
+    if (!m.mesh.pinned[n]) s.node_velocity[n] = {0.3, 0.1 + 3 * s.node_position[n][0], 0.2};
+}
+
+}  // namespace
+
 TEST(cloth, agrees_with_the_reference) { compare_stage({.stage = Stage::cloth, .changes = "node_velocity"}); }
 
 TEST(cloth, in_contact_with_a_sphere_agrees_with_the_reference) {
   compare_stage({.stage = Stage::cloth, .prepare = press_on_the_sphere, .changes = "node_contact_force"});
+}
+
+TEST(cloth, squeezed_between_balls_agrees_with_the_reference) {
+  for (const char* solver : {"{method: pd}", "{method: xpbd}"})
+    compare_stage(
+        {.stage = Stage::cloth, .scene = between_balls(solver), .prepare = pull_out, .changes = "node_friction_force"});
 }
 
 namespace {
@@ -83,15 +114,20 @@ namespace {
 /// Contact solved until only rounding is left: one state, whatever the iterations.
 void expect_the_references_contact(ClothEngine engine, int most) {
   const std::string tolerance = double_precision ? "1.0e-12" : "1.0e-6";
-  const std::string scene =
-      with(wet_scene(), "cloth:\n", "cloth_solver: {tolerance: " + tolerance + ", max_iterations: 20000}\ncloth:\n");
+  const std::string solver = "{tolerance: " + tolerance + ", max_iterations: 20000}";
+  const std::string on_ball = with(wet_scene(), "cloth:\n", "cloth_solver: " + solver + "\ncloth:\n");
+  struct Case {
+    std::string scene;
+    void (*prepare)(const Model&, HostState&);
+  };
   // A node may press within 1 % of the thickness: so far positions are not one.
   constexpr double allowed = 2e-3;
-  for (const std::string& cloth : {scene, woven(scene)}) {
-    drench::Setup setup = setup_from(cloth);
+  for (const Case& c : {Case{on_ball, press_on_the_sphere}, Case{woven(on_ball), press_on_the_sphere},
+                        Case{between_balls(solver), pull_out}}) {
+    drench::Setup setup = setup_from(c.scene);
     setup.model.cloth_engine = engine;
     HostState start = setup.state;
-    press_on_the_sphere(setup.model, start);
+    c.prepare(setup.model, start);
     std::vector<HostState> end;
     for (const bool reference : {true, false}) {
       setup.model.scene.cloth_solver.max_iterations = reference ? 20000 : most;

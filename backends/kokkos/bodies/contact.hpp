@@ -190,6 +190,22 @@ KOKKOS_INLINE_FUNCTION bool squeezed(const Solid& one, const SolidDistance<T>& a
   const Vector3<T> out = a.normal + b.normal, inside = shift - (depth * thickness / norm(out)) * out;
   return dot(solid_distance(one, x, inside).normal, solid_distance(other, x, inside).normal) < opposed;
 }
+
+/// The surface halfway between two solids that squeeze a node: its unit normal, away from the first, and how far the
+/// node is beyond it along that normal (m).
+template <class T>
+struct Halfway {
+  Vector3<T> normal;
+  T beyond;
+
+  KOKKOS_INLINE_FUNCTION Halfway(const SolidDistance<T>& one, const SolidDistance<T>& other) {
+    const Vector3<T> gradient = one.slope * one.normal - other.slope * other.normal;
+    const T inverse = 1 / norm(gradient);
+    normal = inverse * gradient;
+    beyond = inverse * (one.phi - other.phi);
+  }
+};
+
 /// How far a node of the cloth has to stay from solids, m: its thickness, or less where it has begun the step inside of
 /// one.
 struct Clearance {

@@ -93,6 +93,23 @@ bool NewtonCloth::is_away(Index n, const Double3& shift) const {
   return away_[at(n)].room > 2 * norm(shift - away_[at(n)].shift);
 }
 
+/// The solid that, together with solid b, squeezes a node most: on the other side of the narrowest gap.
+std::int64_t NewtonCloth::opposite(const ClothSystem& s, std::size_t b, const SolidDistance<double>& at_b,
+                                   const NodeTerms& t, const Double3& shift) {
+  std::int64_t found = 0;
+  double least = 1e300;
+  for (std::size_t a = 0; a < s.solids.extent(0); ++a) {
+    const auto k = static_cast<std::int64_t>(a);
+    const SolidDistance<double> d = solid_distance(s.solids(k), t.start, shift);
+    if (a == b || d.phi >= least) continue;
+    if (!squeezed(s.solids(k), d, s.solids(static_cast<std::int64_t>(b)), at_b, t.start, shift, t.clearance.thickness))
+      continue;
+    found = k;
+    least = d.phi;
+  }
+  return found;
+}
+
 void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual,
                              NodeNearby& near) {
   near.count = 0;
@@ -115,13 +132,20 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     if (near.pinched) continue;
     if (kept < double(t.clearance.kept)) {
       near.pinched = true;
-      near.count = 0;
+      near.solid[0] = static_cast<std::int64_t>(b);
+      near.solid[1] = opposite(s, b, d, t, shift);
+      const Halfway<double> halfway(d, solid_distance(s.solids(near.solid[1]), t.start, shift));
+      near.normal[0] = halfway.normal;
+      near.gap[0] = halfway.beyond;
+      near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
+      near.count = 1;
+      continue;
     }
     near.solid[near.count] = static_cast<std::int64_t>(b);
     near.normal[near.count] = d.normal;
     // Within the width of contact, so that a dynamic body that ends the step a little nearer than was tried pushes
     // nothing.
-    near.gap[near.count] = (d.phi - kept - (near.pinched ? 0 : margin_ * thickness)) / d.slope;
+    near.gap[near.count] = (d.phi - kept - margin_ * thickness) / d.slope;
     near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
     ++near.count;
   }
@@ -230,9 +254,12 @@ Double3 NewtonCloth::within_plane(const ClothSystem& s, Index n, const Iterate& 
   constexpr int most_shortened = 4;
   if (touching_[at(n)] == 0) return by;
   const NodeNearby& near = from.near[at(n)];
+  const auto distance = [&](int k) {
+    return solid_distance(s.solids(near.solid[k]), s.start(n), from.shift[at(n)] + by);
+  };
   const auto turns = [&](int k) {
-    const SolidDistance<double> d = solid_distance(s.solids(near.solid[k]), s.start(n), from.shift[at(n)] + by);
-    return dot(d.normal, near.normal[k]) < least_cosine;
+    const Double3 normal = near.pinched ? Halfway<double>(distance(0), distance(1)).normal : distance(k).normal;
+    return dot(normal, near.normal[k]) < least_cosine;
   };
   for (int shortened = 0; shortened < most_shortened; ++shortened) {
     bool any = false;

@@ -14,12 +14,12 @@ namespace drench::kokkos_backend {
 /// A node next to solids: the planes that it must stay in front of, and what contact says of its residual.
 struct NodeNearby {
   static constexpr int most = 3;
-  int count = 0;         // of planes
-  bool pinched = false;  // between two solids that squeeze it: it stays on the one plane halfway between them
-  std::int64_t solid[most];
-  Double3 normal[most];  // of unit length
-  double gap[most];      // m, along the normal up to the surface that keeps the clearance
-  Double3 moved;         // of the surface in the step, m
+  int count = 0;             // of planes
+  bool pinched = false;      // between two solids that squeeze it: it stays on the one plane halfway between them
+  std::int64_t solid[most];  // of each plane; the two of a pinched node
+  Double3 normal[most];      // of unit length
+  double gap[most];          // m, along the normal up to the surface that keeps the clearance
+  Double3 moved;             // of the surface in the step, m
   NodeContact<double> contact;
   Double3 left;  // what contact leaves of the residual, without friction, N
 
@@ -73,6 +73,8 @@ class NewtonCloth {
   double goal_of(const ClothSystem& s, double tolerance);
   void measure(const ClothSystem& s, Iterate& at);
   void see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual, NodeNearby& near);
+  static std::int64_t opposite(const ClothSystem& s, std::size_t b, const SolidDistance<double>& at_b,
+                               const NodeTerms& t, const Double3& shift);
   bool is_away(Index n, const Double3& shift) const;
   void start(const ClothSystem& s, const Entries<const Real3>& displacement);
   void iterate(const ClothSystem& s, bool first);

@@ -266,33 +266,42 @@ struct ClothSystem {
       const SolidDistance<T> at = solid_distance(solids(b), t.start, shift);
       if (at.phi < contact_range(t)) touched.add(b, at);
     }
-    touched.take(push);
-    c.touches = true;
-    const auto moved = [&](int k) { return dt * surface_velocity(solids(touched.solid[k]), t.start, shift); };
-    for (int k = 0; k < touched.count; ++k) {
-      each(touched.solid[k], -touched.held[k] * touched.at[k].normal);
-      if (!(touched.held[k] > 0)) continue;
-      c.press += touched.held[k];
-      c.moved += (touched.held[k] / c.press) * (moved(k) - c.moved);  // the mean so far, by what presses
-      c.add_plane(touched.at[k].normal);
-    }
-    if (!(c.press > 0)) {
-      c.normal = touched.at[0].normal;
-      c.moved = moved(0);
-    }
+    T squeeze = 0;  // of all pairs on each of their two solids
+    const T rigid = t.rigid_share;
     for (int k = 1; k < touched.count; ++k)
       for (int j = 0; j < k; ++j) {
         const SolidDistance<T>&one = touched.at[j], &other = touched.at[k];
         if (!squeezed(solids(touched.solid[j]), one, solids(touched.solid[k]), other, t.start, shift, thickness))
           continue;
-        const T rigid = t.rigid_share;
+        touched.add_pair(j, k);
         const T room = larger((one.phi + other.phi) / (2 * thickness), rigid + T(0.01));  // of the cloth's own
-        const T squeeze = compression * (1 - room) / (room - rigid);
-        c.press += 2 * squeeze;
-        c.moved = T(0.5) * (moved(j) + moved(k));
-        each(touched.solid[j], -squeeze * one.normal);
-        each(touched.solid[k], -squeeze * other.normal);
+        squeeze += compression * (1 - room) / (room - rigid);
       }
+    touched.take(push);
+    c.touches = true;
+    const auto moved = [&](int k) { return dt * surface_velocity(solids(touched.solid[k]), t.start, shift); };
+    const auto press = [&](int k, T held, const Vector3<T>& normal) {
+      each(touched.solid[k], -held * normal);
+      c.press += held;
+    };
+    if (touched.first >= 0) {
+      const Vector3<T>& halfway = touched.halfway;
+      c.add_plane(halfway);
+      c.moved = T(0.5) * (moved(touched.first) + moved(touched.second));
+      press(touched.first, squeeze + larger(T(0), touched.across), halfway);
+      press(touched.second, squeeze + larger(T(0), -touched.across), -halfway);
+    }
+    for (int k = 0; k < touched.count; ++k) {
+      if (touched.squeezes[k]) continue;
+      press(k, touched.held[k], touched.at[k].normal);
+      if (!(touched.held[k] > 0)) continue;
+      c.moved += (touched.held[k] / c.press) * (moved(k) - c.moved);  // the mean so far, by what presses
+      c.add_plane(touched.at[k].normal);
+    }
+    if (!(c.press > 0) && touched.first < 0) {
+      c.normal = touched.at[0].normal;
+      c.moved = moved(0);
+    }
     return c;
   }
   template <class T>
