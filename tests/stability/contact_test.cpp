@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <random>
 
 #include "hard_scene.hpp"
 #include "paths.hpp"
@@ -49,6 +51,18 @@ bodies:
   - box: {{min: [0.05, -0.1, -0.1], max: [0.15, 0.0, 0.1], velocity: {}}}
 )",
                      keys(1), keys(-1));
+}
+
+/// A closed mesh whose nearest points are tips and edges.
+void write_octahedron(const std::string& path, double radius) {
+  std::ofstream file(path);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double x : {radius, -radius})
+      file << fmt::format("v {} {} {}\n", axis == 0 ? x : 0, axis == 1 ? x : 0, axis == 2 ? x : 0);
+  for (const int x : {1, 2})
+    for (const int y : {3, 4})
+      for (const int z : {5, 6})
+        file << fmt::format("f {} {} {}\n", x, (x + y + z) % 2 ? y : z, (x + y + z) % 2 ? z : y);
 }
 
 /// A sheet of 1,681 nodes above a sphere. Thirty of them lie 10 µm beside their neighbours: triangles of that height.
@@ -143,6 +157,46 @@ bodies:
   double highest = -1;
   for (const Vec3& x : run.state().node_position) highest = std::max(highest, x[1]);
   EXPECT_NEAR(highest, 0.01 + 0.01875, 0.003) << "m; it has risen with the balls";
+}
+
+/// Two bodies of any shape close on a sheet and then move along it, each its own way.
+TEST(contact, jaws_of_every_shape_converge) {
+  const std::string finger = ::testing::TempDir() + "drench_finger.obj";
+  write_octahedron(finger, 0.015);
+  int steps = 0, unconverged = 0;
+  std::mt19937 random(7);
+  const auto draw = [&](double low, double high) { return low + (high - low) * double(random()) / 4294967296.0; };
+  for (const char* fabric : {"cotton_terry", "denim_11oz", "polyester_jersey"})
+    for (const int shapes : {0, 1, 2, 4, 5, 8}) {  // of both bodies
+      const double friction = draw(0, 1.2);
+      std::string bodies;
+      for (const int side : {-1, 1}) {
+        const double r = 0.015, gap = draw(0.0005, 0.004);
+        const std::string center = fmt::format("[{}, {}, {}]", draw(-0.01, 0.01), side * (r + gap), draw(-0.01, 0.01));
+        const std::string keys = fmt::format("offset: [[0, [0, 0, 0]], [0.03, [0, {0}, 0]], [0.12, [{1}, {0}, {2}]]]",
+                                             -side * draw(0, 0.9) * gap, draw(-0.03, 0.03), draw(-0.03, 0.03));
+        const std::array<std::string, 3> forms{
+            fmt::format("sphere: {{center: {}, radius: {}, {}}}\n", center, r, keys),
+            fmt::format("box: {{min: [{0}, {0}, {0}], max: [{1}, {1}, {1}], {2}}}\n    place: {{position: {3}}}\n", -r,
+                        r, keys, center),
+            fmt::format("mesh: {{file: {}, {}}}\n    place: {{position: {}}}\n", finger, keys, center)};
+        bodies += "  - " + forms[std::size_t(side < 0 ? shapes % 3 : shapes / 3)];
+      }
+      WatchedRun run(fmt::format(R"(drench: 1
+time: {{step: 0.004, end: 1}}
+cloth:
+  - mesh: {{grid: {{size: [0.12, 0.12], nodes: [21, 21]}}}}
+    fabric: {}
+    friction: {}
+    pin: [{{corners: true}}]
+bodies:
+{})",
+                                 fabric, friction, bodies),
+                     {.energy = HUGE_VAL});
+      steps += 25;
+      unconverged += unconverged_steps(run, 0.1);
+    }
+  EXPECT_LE(unconverged, steps / 100);
 }
 
 TEST(contact, a_sheet_inside_a_body_comes_out_without_being_thrown) {

@@ -93,11 +93,12 @@ bool NewtonCloth::is_away(Index n, const Double3& shift) const {
   return away_[at(n)].room > 2 * norm(shift - away_[at(n)].shift);
 }
 
-/// The solid that, together with solid b, squeezes a node most: on the other side of the narrowest gap.
+/// The solid that, together with solid b, squeezes a node that touches both: on the other side of the narrowest gap; −1
+/// if there is none.
 std::int64_t NewtonCloth::opposite(const ClothSystem& s, std::size_t b, const SolidDistance<double>& at_b,
                                    const NodeTerms& t, const Double3& shift) {
-  std::int64_t found = 0;
-  double least = 1e300;
+  std::int64_t found = -1;
+  double least = 2 * double(ClothSystem::contact_range(t)) - at_b.phi;
   for (std::size_t a = 0; a < s.solids.extent(0); ++a) {
     const auto k = static_cast<std::int64_t>(a);
     const SolidDistance<double> d = solid_distance(s.solids(k), t.start, shift);
@@ -128,12 +129,12 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     farthest = std::max(farthest, d.phi);
     if (!(d.phi < reach)) continue;
     last = d;
-    const double kept = distance_to_keep(s.solids, b, d, t.start, shift, t.clearance);
     if (near.pinched) continue;
-    if (kept < double(t.clearance.kept)) {
+    const std::int64_t other = opposite(s, b, d, t, shift);
+    if (other >= 0) {
       near.pinched = true;
       near.solid[0] = static_cast<std::int64_t>(b);
-      near.solid[1] = opposite(s, b, d, t, shift);
+      near.solid[1] = other;
       const Halfway<double> halfway(d, solid_distance(s.solids(near.solid[1]), t.start, shift));
       near.normal[0] = halfway.normal;
       near.gap[0] = halfway.beyond;
@@ -145,7 +146,7 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     near.normal[near.count] = d.normal;
     // Within the width of contact, so that a dynamic body that ends the step a little nearer than was tried pushes
     // nothing.
-    near.gap[near.count] = (d.phi - kept - margin_ * thickness) / d.slope;
+    near.gap[near.count] = (d.phi - double(t.clearance.kept) - margin_ * thickness) / d.slope;
     near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
     ++near.count;
   }
