@@ -51,15 +51,12 @@ class SolidsNow {
     }
     return least;
   }
-  std::string name(std::size_t b) const {
-    const std::string& own = model_.scene.bodies[b].name;
-    return own.empty() ? fmt::format("bodies.{}", b) : fmt::format("'{}'", own);
-  }
+  std::string name(std::size_t b) const { return body_label(model_.bodies[b].name, b); }
   /// Two solids that overlap where a node of cloth is, and what to do about it.
   std::string describe_overlap(const std::array<Near, 2>& near, const Vec3& x) const {
     const double depth = -near[0].distance - near[1].distance;
     return fmt::format(
-        "; bodies {} and {} overlap by {:.2g} m at ({:.4f}, {:.4f}, {:.4f}): leave room for the cloth between them",
+        "; {} and {} overlap by {:.2g} m at ({:.4f}, {:.4f}, {:.4f}): leave room for the cloth between them",
         name(std::min(near[0].body, near[1].body)), name(std::max(near[0].body, near[1].body)), depth, x[0], x[1],
         x[2]);
   }

@@ -45,6 +45,9 @@ PolygonFile read_ply_file(const std::string& path, bool particles = false,
 /// Is an .stl file a text? VTK tells it in the same way.
 bool is_stl_text(const std::string& bytes);
 
+/// Is it a binary .stl file whose header fits its `size` (bytes)? `bytes`: those that it begins with.
+bool is_binary_stl(const std::string& bytes, std::size_t size);
+
 /// Three points per facet. The coordinates have single precision, as those of a binary file. SetupError, with the line:
 /// a word that does not belong there, a vertex that is not three finite numbers, or an end before `endsolid`.
 PolygonFile read_stl_text(const std::string& path, const std::string& bytes);

@@ -36,10 +36,6 @@ class ObjReader {
         object_ = rest_of_line();
       else if (kind == "usemtl")
         material_ = rest_of_line();
-      if (file_.eof() && kind == "f")  // the line has no line break
-        mesh_.note =
-            fmt::format("mesh file '{}': it ends within line {}, a face, without a line break: it may be incomplete",
-                        path_, line_number_);
     }
     return std::move(mesh_);
   }

@@ -314,7 +314,7 @@ TEST_F(Failure, SolidsThatOverlapWithClothBetweenThemAreNamed) {
   const Outcome o = run_from([](HostState&) {});
   EXPECT_EQ(o.code, 0) << o.err;
   const std::string line =
-      "warning: t = 0.03 s: cloth 'pinned': 9 nodes are inside solids, up to 0.01 m deep; bodies 'lower' and "
+      "warning: t = 0.03 s: cloth 'pinned': 9 nodes are inside solids, up to 0.01 m deep; body 'lower' and "
       "bodies.3 overlap by 0.02 m at (";
   EXPECT_NE(log().find(line), std::string::npos) << log();
   EXPECT_NE(log().find("): leave room for the cloth between them"), std::string::npos) << log();

@@ -402,10 +402,8 @@ TEST_F(MeshFiles, WithOtherContentsOrCutOffNameTheReason) {
     EXPECT_LT(found.size(), 300U) << found;
   }
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
-  EXPECT_EQ(read_mesh(write("whole.obj", corners + "f 1 2 3\nf 2 4 3\n"), "").left_out, "");
-  EXPECT_NE(read_mesh(write("cut.obj", corners + "f 1 2 3\nf 2 4 3"), "")
-                .left_out.find("it ends within line 6, a face, without a line break: it may be incomplete"),
-            std::string::npos);
+  for (const char* end : {"\n", ""})  // many programs write no line break at the end
+    EXPECT_EQ(read_mesh(write("whole.obj", corners + "f 1 2 3\nf 2 4 3" + end), "").left_out, "");
   EXPECT_EQ(read_mesh(write("two.stl", "solid a\n" + facet + "endsolid a\nSOLID b\n" + facet + "endsolid"), "")
                 .triangles.size(),
             2U);
