@@ -193,8 +193,8 @@ bodies:
 {})",
                                  fabric, friction, bodies),
                      {.energy = HUGE_VAL});
-      steps += 25;
-      unconverged += unconverged_steps(run, 0.1);
+      steps += 15;
+      unconverged += unconverged_steps(run, 0.06);
     }
   EXPECT_LE(unconverged, steps / 100);
 }
