@@ -356,6 +356,7 @@ double expected_body_samples(const Body& solid, double spacing, WallPressure wal
 }
 
 std::vector<Vec3> sample_body(const Body& solid, double spacing, WallPressure walls, const Box& region, int layer) {
+  if (solid.kind == BodyScene::Kind::mesh) return sample_mesh(solid, spacing, region);  // no copy of its field
   const Body body = sampled_surface(solid, spacing, walls, layer);
   switch (body.kind) {
     case BodyScene::Kind::box:
@@ -365,7 +366,7 @@ std::vector<Vec3> sample_body(const Body& solid, double spacing, WallPressure wa
     case BodyScene::Kind::plane:
       return sample_plane(body, spacing, region);
     case BodyScene::Kind::mesh:
-      return sample_mesh(body, spacing, region);
+      break;
   }
   return {};
 }

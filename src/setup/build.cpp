@@ -131,6 +131,8 @@ void lay_fields(Setup& setup) {
       const bool met_in_domain = !body.moves() && !m.has_moving_cloth();
       body.field = met_in_domain ? field_in_domain(m, body, margin) : lay_field(body, m.spacing, margin);
     }
+    if (const std::string line = coarse_field(body.field, m.spacing); !line.empty())
+      setup.warnings.push_back(fmt::format("{}: {}", body_label(body.name, b), line));
   }
 }
 

@@ -166,12 +166,6 @@ void lay_deforming_field(Body& body, double spacing, double margin, double longe
   for (const Points& points : body.shape.points) size = size.cwiseMax(box_around(points).sizes());
   const Vector3d middle = to_eigen(body.shape.center.front());
   body.field = lay_field(to_vec3(middle - 0.5 * size), to_vec3(middle + 0.5 * size), spacing, margin);
-  const double points = static_cast<double>(body.field.points[0]) * body.field.points[1] * body.field.points[2];
-  if (points > 0x1p30)
-    throw SetupError(
-        fmt::format("its distance field has {:.2g} points at half of fluid.spacing, {} m; allowed: 2^30; use a larger "
-                    "spacing, or scale the mesh",
-                    points, spacing));
   const double passed = std::min(fastest_point(body.shape) * longest, farthest);
   body.shape.band = std::max(margin, passed) + std::sqrt(3.0) * body.field.spacing;
 }

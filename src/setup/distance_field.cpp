@@ -1,5 +1,7 @@
 #include "setup/distance_field.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -189,16 +191,31 @@ DistanceField lay_field(const Body& body, double spacing, double margin) {
 
 DistanceField lay_field(const Vec3& min, const Vec3& max, double spacing, double margin) {
   const Eigen::AlignedBox3d bounds(to_eigen(min), to_eigen(max));
+  // Whole coarse cells, at least one fine step beyond the margin.
+  const auto cells_at = [&](double step) -> Eigen::Vector3d {
+    const Eigen::Vector3d length = bounds.sizes() + Eigen::Vector3d::Constant(2 * (margin + step));
+    return (length / (coarse * step)).array().ceil();
+  };
+  const auto points_at = [&](double step) { return (coarse * cells_at(step).array() + 1).prod(); };
   DistanceField field;
   field.spacing = 0.5 * spacing;
+  for (double points = points_at(field.spacing); points > most_field_points; points = points_at(field.spacing))
+    field.spacing *= 1.01 * std::cbrt(points / most_field_points);
+  const Eigen::Vector3d cells = cells_at(field.spacing);
   for (int a = 0; a < 3; ++a) {
-    // Whole coarse cells, at least one fine step beyond the margin.
-    const double length = bounds.sizes()[a] + 2 * (margin + field.spacing);
-    const double cells = std::ceil(length / (coarse * field.spacing));
-    field.points[static_cast<std::size_t>(a)] = coarse * static_cast<Index>(std::min(cells, 1e6)) + 1;
-    field.origin[static_cast<std::size_t>(a)] = bounds.center()[a] - 0.5 * coarse * cells * field.spacing;
+    field.points[static_cast<std::size_t>(a)] = coarse * static_cast<Index>(cells[a]) + 1;
+    field.origin[static_cast<std::size_t>(a)] = bounds.center()[a] - 0.5 * coarse * cells[a] * field.spacing;
   }
   return field;
+}
+
+std::string coarse_field(const DistanceField& field, double spacing) {
+  if (field.spacing < 0.505 * spacing) return "";
+  const double longest = field.spacing * *std::max_element(field.points.begin(), field.points.end());
+  return fmt::format(
+      "it is large, {:.2g} m, beside the spacing of {:.2g} m: the lattice of its distances has steps of {:.2g} m "
+      "instead of {:.2g} m, and finer details are rounded; cut the mesh to the part that cloth and liquid reach",
+      longest, spacing, field.spacing, 0.5 * spacing);
 }
 
 void fill_field(const Body& body, DistanceField& field, int threads) {

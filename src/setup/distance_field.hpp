@@ -8,11 +8,17 @@
 
 namespace drench {
 
-/// How the lattice lies around the mesh: spacing half of `spacing` (m), `margin` (m) beyond its bounding box, and at
-/// least one cell more. Without the values.
+/// The most points of a lattice: 0.5 GB in double precision, and some seconds to fill.
+constexpr double most_field_points = 6.4e7;
+
+/// How the lattice lies around the mesh: spacing half of `spacing` (m), or more where that would need more than
+/// most_field_points, `margin` (m) beyond its bounding box, and at least one cell more. Without the values.
 DistanceField lay_field(const Body& body, double spacing, double margin);
 /// The same around the box [min, max], m.
 DistanceField lay_field(const Vec3& min, const Vec3& max, double spacing, double margin);
+
+/// What a lattice that is coarser than half of `spacing` means, for a warning; "" for others.
+std::string coarse_field(const DistanceField& field, double spacing);
 
 /// The signed distance (m) to the body's mesh, exact to its triangles.
 std::function<double(const Vec3&)> exact_distance(const Body& body);

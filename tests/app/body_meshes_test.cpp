@@ -248,6 +248,26 @@ TestMesh ball_below(double height) {
   return mesh;
 }
 
+TEST_F(BodyMeshes, ALargeOneHasALatticeThatFitsIntoMemory) {
+  const Vec3 low{-1, -1, -1}, high{1, 1, 1};
+  const DistanceField fine = lay_field(low, high, 0.02, 0.01), coarse = lay_field(low, high, 0.004, 0.01);
+  EXPECT_EQ(fine.spacing, 0.01);
+  EXPECT_EQ(coarse_field(fine, 0.02), "");
+  double points = 1;
+  for (std::size_t a = 0; a < 3; ++a) {
+    points *= double(coarse.points[a]);
+    EXPECT_LE(coarse.origin[a], -1.01 - coarse.spacing);
+    EXPECT_GE(coarse.origin[a] + double(coarse.points[a] - 1) * coarse.spacing, 1.01 + coarse.spacing);
+  }
+  EXPECT_LE(points, most_field_points);
+  EXPECT_GT(points, 0.8 * most_field_points);
+  const std::string line = coarse_field(coarse, 0.004);
+  EXPECT_EQ(line.find("it is large, 2 m, beside the spacing of 0.004 m: the lattice of its distances has steps of "),
+            0U)
+      << line;
+  EXPECT_LT(line.size(), 280U) << line;
+}
+
 TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
   Body closed = solid_of(test::ball_mesh(3)), open = solid_of(ball_below(0.85));
   for (Body* body : {&closed, &open}) {
