@@ -30,7 +30,6 @@ struct Touched {
   std::size_t body;
   Vector3d normal = Vector3d::Zero();
   double slope = 1;
-  bool squeezes = false;  // does it, together with another one?
   double pressed = 0;
 };
 
@@ -41,19 +40,20 @@ struct SqueezingPair {
   Vector3d halfway = Vector3d::Zero();  // normal of the surface between them, away from the first
   double squeeze = 0;                   // of all pairs, on each body
   double across = 0;                    // what presses the node from the first, or, if negative, from the second
+
+  bool holds(std::size_t body) const { return exists && (body == first || body == second); }
 };
 
 /// `half`: what squeezes the node to half of its thickness.
-SqueezingPair squeezing_pair(const std::vector<PlacedBody>& bodies, std::vector<Touched>& touched,
+SqueezingPair squeezing_pair(const std::vector<PlacedBody>& bodies, const std::vector<Touched>& touched,
                              const ClothMaterial& m, double half, const Vector3d& x) {
   SqueezingPair pair;
   double narrowest = 2 * m.thickness;
   for (std::size_t k = 1; k < touched.size(); ++k)
     for (std::size_t j = 0; j < k; ++j) {
-      Touched &one = touched[j], &other = touched[k];
+      const Touched &one = touched[j], &other = touched[k];
       const std::optional<double> gap = gap_between(bodies[one.body], bodies[other.body], m.thickness, x);
       if (!gap) continue;
-      one.squeezes = other.squeezes = true;
       const double fibres = m.rigid_share;                                     // of τ: no pressure takes more
       const double width = std::max(fibres + 0.01, *gap / (2 * m.thickness));  // over the free one
       pair.squeeze += half * (1 - width) / (width - fibres);
@@ -79,7 +79,7 @@ void take_what_presses(std::vector<Touched>& touched, SqueezingPair& pair, Vecto
     push += across * pair.halfway;
     change = std::abs(across);
     for (Touched& t : touched) {
-      if (t.squeezes) continue;
+      if (pair.holds(t.body)) continue;
       const double before = t.pressed;
       t.pressed = std::max(0.0, before - push.dot(t.normal));
       push += (t.pressed - before) * t.normal;
@@ -353,7 +353,7 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, do
     found.surface = found.press / 2 * (bodies[pair.first].velocity_at(x) + bodies[pair.second].velocity_at(x));
   }
   for (const Touched& t : touched) {
-    if (t.squeezes) continue;
+    if (pair.holds(t.body)) continue;
     press(t.body, t.pressed, t.normal);
     if (t.pressed > 0) hold(t.normal);
   }

@@ -392,7 +392,9 @@ int run_safely(CommandLine& command, char** argv, std::string& text) {
   } catch (const drench::SceneError& e) {
     return says(drench::exit_usage, e.what());
   } catch (const drench::SetupError& e) {
-    return says(drench::exit_usage, fmt::format("{}: {}", command.place_of(e.key), without_key(e.what(), e.key)));
+    const std::string place = command.place_of(e.key);
+    const std::string what = place.ends_with(e.key) ? without_key(e.what(), e.key) : e.what();
+    return says(drench::exit_usage, fmt::format("{}: {}", place, what));
   } catch (const drench::RanksError& e) {
     return says(drench::exit_usage, fmt::format("drench: {}", e.what()));
   } catch (const drench::ExportError& e) {  // without a text where another program has printed why

@@ -60,8 +60,8 @@ std::string mesh_of(const std::string& file, const std::optional<std::string>& p
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   constexpr std::array read{".obj", ".ply", ".stl"};
   std::error_code unknown;
-  if (!is_imported(file) && std::find(read.begin(), read.end(), ending) == read.end() &&
-      !fs::is_directory(file, unknown))
+  if (file.find('*') == std::string::npos && !ending.empty() && !is_imported(file) &&
+      std::find(read.begin(), read.end(), ending) == read.end() && !fs::is_directory(file, unknown))
     throw SetupError(fmt::format("mesh file '{}': unknown extension; allowed: {}, {}", file, fmt::join(read, ", "),
                                  imported_endings()));
   return is_imported(file) ? imported_mesh(file, prim) : file;

@@ -128,7 +128,8 @@ void lay_fields(Setup& setup) {
                             time.mode == TimeMode::cfl ? time.cfl * m.spacing : INFINITY);
       });
     } else if (!m.scene.bodies[b].inside && bounds_solid(body.mesh_triangles)) {
-      const bool met_in_domain = !body.moves() && !m.has_moving_cloth();
+      const bool met_in_domain = !m.has_moving_cloth() && std::none_of(m.bodies.begin(), m.bodies.end(),
+                                                                       [](const Body& other) { return other.moves(); });
       body.field = met_in_domain ? field_in_domain(m, body, margin) : lay_field(body, m.spacing, margin);
     }
     if (const std::string line = coarse_field(body.field, m.spacing); !line.empty())

@@ -213,9 +213,10 @@ std::string coarse_field(const DistanceField& field, double spacing) {
   if (field.spacing < 0.505 * spacing) return "";
   const double longest = field.spacing * *std::max_element(field.points.begin(), field.points.end());
   return fmt::format(
-      "it is large, {:.2g} m, beside the spacing of {:.2g} m: the lattice of its distances has steps of {:.2g} m "
-      "instead of {:.2g} m, and finer details are rounded; cut the mesh to the part that cloth and liquid reach",
-      longest, spacing, field.spacing, 0.5 * spacing);
+      "its lattice of distances, {:.2g} m long, is limited to steps of {:.2g} m instead of {:.2g} m, which rounds "
+      "finer "
+      "details; cut the mesh to the part that cloth and liquid reach, or use a larger spacing",
+      longest, field.spacing, 0.5 * spacing);
 }
 
 void fill_field(const Body& body, DistanceField& field, int threads) {

@@ -55,7 +55,7 @@ void check_mesh_content(const std::string& path, const std::string& ending) {
   bytes.resize(static_cast<std::size_t>(file.gcount()));
   std::error_code unknown;
   const auto size = static_cast<std::size_t>(std::filesystem::file_size(path, unknown));
-  if (file.bad()) return;  // the reader reports it
+  if (!file.is_open() || file.bad()) return;  // the reader reports it
   if (bytes.empty()) unreadable_mesh(path, "it is empty");
   const std::size_t begin = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
   std::string head = bytes.substr(begin, 64);

@@ -1,16 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "setup/mesh_files.hpp"
@@ -28,7 +24,10 @@ std::uint32_t stl_count(const std::string& bytes) {
 
 class StlText {
  public:
-  StlText(const std::string& path, const std::string& bytes) : path_(path), bytes_(bytes) { file_.facets = true; }
+  StlText(const std::string& path, const std::string& bytes) : path_(path), bytes_(bytes) {
+    file_.facets = true;
+    if (bytes.starts_with("\xef\xbb\xbf")) at_ = 3;  // a byte order mark
+  }
 
   PolygonFile read() {
     require(next(), "solid");
@@ -72,6 +71,10 @@ class StlText {
     for (std::string word = next(); word != "endsolid"; word = next()) {
       if (word.empty())
         fail("the text ends before 'endsolid': the file is incomplete; if nothing is missing, add that line");
+      if (word == "color") {
+        skip_line();
+        continue;
+      }
       require(word, "facet");
       skip_line();  // the normal, which follows from the corners
       require(next(), "outer");
@@ -90,7 +93,7 @@ class StlText {
       const std::string word = next();
       char* end = nullptr;
       number = static_cast<double>(std::strtof(word.c_str(), &end));
-      if (word.empty()) require(word, "vertex");
+      if (word.empty()) fail("the text ends within a vertex: the file is incomplete");
       if (*end != '\0' || !std::isfinite(number)) fail("a vertex needs three finite numbers");
     }
     file_.corner.push_back(static_cast<Index>(file_.points.size()));
@@ -129,12 +132,9 @@ std::string check_stl_file(const std::string& path, const std::string& bytes) {
   if (count > fitting)
     unreadable_mesh(path, fmt::format("its header gives {} triangles, but its size allows {}: the file is incomplete",
                                       count, fitting));
-  return count == fitting
-             ? ""
-             : fmt::format(
-                   "mesh file '{}': its header gives {} triangles, but its size allows {}: the others are not "
-                   "read",
-                   path, count, fitting);
+  if (count == fitting) return "";
+  return fmt::format("mesh file '{}': its header gives {} triangle{}, but its size allows {}; is the file complete?",
+                     path, count, count == 1 ? "" : "s", fitting);
 }
 
 }  // namespace drench

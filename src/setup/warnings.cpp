@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -44,8 +45,8 @@ void warn_of_step(const Model& m, const HostState& state, Lines& lines) {
                     parts));
 }
 
-/// m: how thick a closed mesh is below half of its surface. Unlike volume over surface, the filled bottom of a cup
-/// does not count for more than its share of the surface.
+/// Median, over the surface of a closed mesh, of its thickness along the inward normal, m; infinite if no ray is
+/// usable.
 double median_thickness(const Body& body) {
   constexpr double most_crossings = 2e7;  // triangles times rays
   const std::size_t count = body.mesh_triangles.size();

@@ -413,7 +413,7 @@ TEST_F(MeshFiles, WithOtherContentsOrCutOffNameTheReason) {
       std::string(reinterpret_cast<const char*>(numbers), sizeof numbers) + std::string(2, '\0');
   EXPECT_EQ(read_mesh(write("one.stl", binary + triangle), "").left_out, "");
   EXPECT_NE(read_mesh(write("more.stl", binary + triangle + triangle), "")
-                .left_out.find("its header gives 1 triangles, but its size allows 2: the others are not read"),
+                .left_out.find("its header gives 1 triangle, but its size allows 2; is the file complete?"),
             std::string::npos);
 }
 

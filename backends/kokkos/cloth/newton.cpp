@@ -121,6 +121,7 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
   const NodeTerms t = s.terms(n);
   SolidDistance<double> last{};
   double nearest = 1e300, farthest = 0;  // of the solids
+  double narrowest = 1e300;              // of the gaps that squeeze the node
   const double thickness = double(t.clearance.thickness), reach = thickness + std::max(thickness, 0.2 * mean_edge_);
   for (std::size_t b = 0; b < s.solids.extent(0) && near.count < NodeNearby::most; ++b) {
     const Solid& solid = s.solids(static_cast<std::int64_t>(b));
@@ -129,19 +130,22 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     farthest = std::max(farthest, d.phi);
     if (!(d.phi < reach)) continue;
     last = d;
-    if (near.pinched) continue;
     const std::int64_t other = opposite(s, b, d, t, shift);
     if (other >= 0) {
+      const SolidDistance<double> at_other = solid_distance(s.solids(other), t.start, shift);
+      if (d.phi + at_other.phi >= narrowest) continue;
+      narrowest = d.phi + at_other.phi;
       near.pinched = true;
       near.solid[0] = static_cast<std::int64_t>(b);
       near.solid[1] = other;
-      const Halfway<double> halfway(d, solid_distance(s.solids(near.solid[1]), t.start, shift));
+      const Halfway<double> halfway(d, at_other);
       near.normal[0] = halfway.normal;
       near.gap[0] = halfway.beyond;
       near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
       near.count = 1;
       continue;
     }
+    if (near.pinched) continue;
     near.solid[near.count] = static_cast<std::int64_t>(b);
     near.normal[near.count] = d.normal;
     // Within the width of contact, so that a dynamic body that ends the step a little nearer than was tried pushes

@@ -49,7 +49,6 @@ struct TouchedSolids {
   std::size_t solid[most];
   SolidDistance<T> at[most];
   T held[most];
-  bool squeezes[most];          // does it, together with another one?
   int first = -1, second = -1;  // the two that squeeze the node most
   Vector3<T> halfway;           // normal of the surface between them, away from the first
   T across = 0;                 // what presses the node from the first (or, if negative, from the second)
@@ -57,16 +56,16 @@ struct TouchedSolids {
   KOKKOS_INLINE_FUNCTION void add(std::size_t b, const SolidDistance<T>& distance) {
     solid[count] = b;
     at[count] = distance;
-    squeezes[count] = false;
     held[count++] = 0;
   }
   /// Solids j and k squeeze the node.
   KOKKOS_INLINE_FUNCTION void add_pair(int j, int k) {
-    squeezes[j] = squeezes[k] = true;
     if (first >= 0 && !(at[j].phi + at[k].phi < at[first].phi + at[second].phi)) return;
     first = j;
     second = k;
   }
+  /// Is it one of these two?
+  KOKKOS_INLINE_FUNCTION bool holds_halfway(int k) const { return k == first || k == second; }
   /// Takes from `push` what presses into the solids: all of it across the surface halfway between two that squeeze the
   /// node, and of the others the least that leaves none of it in any of them, by projected Gauss-Seidel.
   KOKKOS_INLINE_FUNCTION void take(Vector3<T>& push) {
@@ -82,7 +81,7 @@ struct TouchedSolids {
         most_change = Kokkos::abs(change);
       }
       for (int k = 0; k < count; ++k) {
-        if (squeezes[k]) continue;
+        if (holds_halfway(k)) continue;
         const T change = larger(-held[k], -dot(push, at[k].normal));
         held[k] += change;
         push += change * at[k].normal;

@@ -216,8 +216,8 @@ struct ClothSystem {
   }
 
   /// Solids within the clearance and 0.01 of the thickness at x⁰ + `shift`, the first four of them. `push`, a force or
-  /// a displacement, loses what presses into them: each(solid, that) in their order. `compression`: what presses a
-  /// squeezed node to half of its thickness, of the same unit.
+  /// a displacement, loses what presses into them: each(solid, that), first the two that squeeze the node.
+  /// `compression`: what presses a squeezed node to half of its thickness, of the same unit.
   template <class T, class Each>
   KOKKOS_INLINE_FUNCTION NodeContact<T> contact(const NodeTerms& t, const Vector3<T>& shift, Vector3<T>& push,
                                                 Real compression, const Each& each) const {
@@ -292,7 +292,7 @@ struct ClothSystem {
       press(touched.second, squeeze + larger(T(0), -touched.across), -halfway);
     }
     for (int k = 0; k < touched.count; ++k) {
-      if (touched.squeezes[k]) continue;
+      if (touched.holds_halfway(k)) continue;
       press(k, touched.held[k], touched.at[k].normal);
       if (!(touched.held[k] > 0)) continue;
       c.moved += (touched.held[k] / c.press) * (moved(k) - c.moved);  // the mean so far, by what presses
