@@ -104,7 +104,8 @@ TEST(cloth, in_contact_with_a_sphere_agrees_with_the_reference) {
 }
 
 TEST(cloth, squeezed_between_balls_agrees_with_the_reference) {
-  for (const char* solver : {"{method: pd}", "{method: xpbd}"})
+  // After hundreds of iterations rounding alone is beyond the tolerance in double precision.
+  for (const char* solver : {"{method: pd}", "{method: xpbd, max_iterations: 100}"})
     compare_stage(
         {.stage = Stage::cloth, .scene = between_balls(solver), .prepare = pull_out, .changes = "node_friction_force"});
 }
@@ -114,7 +115,8 @@ namespace {
 /// Contact solved until only rounding is left: one state, whatever the iterations.
 void expect_the_references_contact(ClothEngine engine, int most) {
   const std::string tolerance = double_precision ? "1.0e-12" : "1.0e-6";
-  const std::string solver = "{tolerance: " + tolerance + ", max_iterations: 20000}";
+  const auto solver_to = [](const std::string& goal) { return "{tolerance: " + goal + ", max_iterations: 20000}"; };
+  const std::string solver = solver_to(tolerance);
   const std::string on_ball = with(wet_scene(), "cloth:\n", "cloth_solver: " + solver + "\ncloth:\n");
   struct Case {
     std::string scene;
@@ -123,7 +125,7 @@ void expect_the_references_contact(ClothEngine engine, int most) {
   // A node may press within 1 % of the thickness: so far positions are not one.
   constexpr double allowed = 2e-3;
   for (const Case& c : {Case{on_ball, press_on_the_sphere}, Case{woven(on_ball), press_on_the_sphere},
-                        Case{between_balls(solver), pull_out}}) {
+                        Case{between_balls(solver_to(double_precision ? "1.0e-10" : "1.0e-6")), pull_out}}) {
     drench::Setup setup = setup_from(c.scene);
     setup.model.cloth_engine = engine;
     HostState start = setup.state;
