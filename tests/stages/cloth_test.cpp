@@ -70,10 +70,6 @@ std::string free_of_solids() {
   return with(scene, "cloth:\n", "cloth_solver: {tolerance: " + tolerance + ", max_iterations: 20000}\ncloth:\n");
 }
 
-}  // namespace
-
-namespace {
-
 /// A thick sheet between two balls, the upper one moving: where they squeeze it their normals are far from opposite.
 std::string between_balls(const std::string& solver) {
   return R"(drench: 1

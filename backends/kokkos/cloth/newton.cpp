@@ -93,16 +93,17 @@ bool NewtonCloth::is_away(Index n, const Double3& shift) const {
   return away_[at(n)].room > 2 * norm(shift - away_[at(n)].shift);
 }
 
-/// The solid that, together with solid b, squeezes a node that touches both: on the other side of the narrowest gap; −1
-/// if there is none.
+/// The solid that squeezes a node together with solid b, where the node touches both: on the other side of the
+/// narrowest gap; -1 if there is none.
 std::int64_t NewtonCloth::opposite(const ClothSystem& s, std::size_t b, const SolidDistance<double>& at_b,
                                    const NodeTerms& t, const Double3& shift) {
   std::int64_t found = -1;
   double least = 2 * double(ClothSystem::contact_range(t)) - at_b.phi;
   for (std::size_t a = 0; a < s.solids.extent(0); ++a) {
+    if (a == b) continue;
     const auto k = static_cast<std::int64_t>(a);
     const SolidDistance<double> d = solid_distance(s.solids(k), t.start, shift);
-    if (a == b || d.phi >= least) continue;
+    if (d.phi >= least) continue;
     if (!squeezed(s.solids(k), d, s.solids(static_cast<std::int64_t>(b)), at_b, t.start, shift, t.clearance.thickness))
       continue;
     found = k;
