@@ -371,10 +371,8 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
 
 /// How a mesh lies around a point.
 struct Around {
-  double winding =
-      0;  // solid angle of the mesh over 4π: 1 inside a closed one, a good part of it inside an open garment
-  double lopsided =
-      0;  // length of the mean direction in which the mesh is seen: 0 all around, 0.5 at a plane, 1 far away
+  double winding = 0;   // its solid angle over 4π: 1 inside a closed mesh, a good part of it inside an open garment
+  double lopsided = 0;  // length of the mean direction to it: 0 all around, 0.5 at a plane, 1 far away
 };
 
 Around around(const SurfaceMesh& mesh, const Vector3d& x) {

@@ -58,18 +58,6 @@ std::vector<std::size_t> inside_solid(const Model& model, const std::vector<Vec3
   return inside;
 }
 
-std::string named(const std::string& one, const std::string& many, const std::set<std::size_t>& numbers) {
-  constexpr std::size_t most = 4;
-  std::string text = numbers.size() > 1 ? many : one;
-  std::size_t k = 0;
-  for (const std::size_t number : numbers) {
-    if (k == most) return text + fmt::format(" and {} more", numbers.size() - most);
-    text += fmt::format("{} {}", k > 0 ? "," : "", number);
-    ++k;
-  }
-  return text;
-}
-
 std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>& points, double distance) {
   std::vector<std::uint8_t> near(points.size(), 0);
   if (points.empty() || !model.has_cloth()) return near;
@@ -107,6 +95,19 @@ double expected_block_particles(const FluidScene& fluid, const std::vector<Sourc
 
 namespace {
 
+/// "block 2", "blocks 1, 2, 5 and 7 more"
+std::string block_names(const std::set<std::size_t>& numbers) {
+  constexpr std::size_t most = 4;
+  std::string text = numbers.size() > 1 ? "blocks" : "block";
+  std::size_t k = 0;
+  for (const std::size_t number : numbers) {
+    if (k == most) return text + fmt::format(" and {} more", numbers.size() - most);
+    text += fmt::format("{} {}", k > 0 ? "," : "", number);
+    ++k;
+  }
+  return text;
+}
+
 void add(BlockParticles& particles, const Vec3& position, const Vec3& velocity, Quanta mass, std::size_t block) {
   particles.position.push_back(position);
   particles.velocity.push_back(velocity);
@@ -139,7 +140,7 @@ void check_lattices(const Model& model, std::vector<std::string>& warnings) {
       "fluid: the size of {} is not a multiple of the spacing, {:.4g} m. To hold the mass that block {} encloses, its "
       "particles are closer along {} ({:.4g}, {:.4g} and {:.4g} m) and have {:.3g} of a full particle's mass; use "
       "multiples of the spacing, or a smaller spacing",
-      named("block", "blocks", narrowed), d, *narrowed.begin(), first->squeezed_axes(), step[0], step[1], step[2],
+      block_names(narrowed), d, *narrowed.begin(), first->squeezed_axes(), step[0], step[1], step[2],
       static_cast<double>(first->least_mass()) / full));
 }
 
@@ -187,12 +188,12 @@ BlockParticles lay_blocks(Model& model, std::vector<SourceFile> files, std::vect
     warnings.push_back(
         fmt::format("fluid: {} particles are omitted where blocks overlap ({} with an earlier one): move or "
                     "shrink one of them",
-                    overlaps, named("block", "blocks", overlapping)));
+                    overlaps, block_names(overlapping)));
   if (close > 0)
     warnings.push_back(
         fmt::format("fluid: {} particles start closer than 0.9 spacings to an earlier block's ({}): the liquid is "
                     "compressed there and bursts; leave one spacing between the blocks, or a multiple of it",
-                    close, named("block", "blocks", squeezed)));
+                    close, block_names(squeezed)));
   return laid;
 }
 
@@ -213,7 +214,7 @@ BlockParticles outside_solids(const Model& model, const BlockParticles& all, std
     warnings.push_back(
         fmt::format("fluid: {} of the blocks' {} particles removed: they start inside a solid body ({} in {}); "
                     "move or shrink one of them",
-                    removed, all.block.size(), named("block", "blocks", cut), body_labels(model.bodies, cutting)));
+                    removed, all.block.size(), block_names(cut), body_labels(model.bodies, cutting)));
   return kept;
 }
 
@@ -227,7 +228,7 @@ void warn_of_particles_at_cloth(const Model& model, const BlockParticles& laid, 
     warnings.push_back(
         fmt::format("fluid: {} of the blocks' particles start within {:.3g} m of a cloth, half a spacing ({}), and are "
                     "pushed out at once; keep {:.3g} m between the block and the cloth",
-                    count, 0.5 * d, named("block", "blocks", touching), d));
+                    count, 0.5 * d, block_names(touching), d));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #pragma once
 // The liquid that is there at the start.
 
-#include <set>
 #include <string>
 #include <vector>
 
@@ -36,8 +35,5 @@ std::vector<std::uint8_t> near_cloth(const Model& model, const std::vector<Vec3>
 
 /// For each point the number, from 1, of the first solid that it is inside of, or 0; thin walls have no inside.
 std::vector<std::size_t> inside_solid(const Model& model, const std::vector<Vec3>& points);
-
-/// "block 2", "blocks 1, 2, 5 and 7 more"
-std::string named(const std::string& one, const std::string& many, const std::set<std::size_t>& numbers);
 
 }  // namespace drench

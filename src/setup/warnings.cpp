@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "base/eigen_vec.hpp"
@@ -45,49 +46,52 @@ void warn_of_step(const Model& m, const HostState& state, Lines& lines) {
                     parts));
 }
 
+using Corners = std::array<Eigen::Vector3d, 3>;
+
+/// m: how far the surface of a closed mesh is away from a point of triangle `own`, along the inward normal; none where
+/// that lies within the solid, or the ray passes through an edge.
+std::optional<double> thickness_below(const std::vector<Corners>& triangles, std::size_t own) {
+  const auto& [a, b, c] = triangles[own];
+  const Eigen::Vector3d from = 0.5 * a + 0.3 * b + 0.2 * c, inward = -(b - a).cross(c - a).normalized();
+  std::vector<std::pair<double, int>> crossings;  // m; 1 where the ray leaves the solid, −1 where it enters
+  int winding = 0;                                // just below the surface
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (t == own) continue;
+    const Eigen::Vector3d ab = triangles[t][1] - triangles[t][0], ac = triangles[t][2] - triangles[t][0],
+                          across = inward.cross(ac), to = from - triangles[t][0];
+    const double det = ab.dot(across), u = to.dot(across) / det;
+    if (!(u >= 0 && u <= 1)) continue;
+    const Eigen::Vector3d q = to.cross(ab);
+    const double v = inward.dot(q) / det, distance = ac.dot(q) / det;
+    if (!(v >= 0 && u + v <= 1 && distance > 0)) continue;
+    crossings.emplace_back(distance, det < 0 ? 1 : -1);
+    winding += crossings.back().second;
+  }
+  if (winding != 1) return std::nullopt;
+  std::sort(crossings.begin(), crossings.end());
+  for (const auto& [distance, leaves] : crossings)
+    if ((winding -= leaves) <= 0) return distance;
+  return std::nullopt;
+}
+
 /// Median, over the surface of a closed mesh, of its thickness along the inward normal, m; infinite if no ray is
-/// usable.
+/// usable. Unlike volume over surface it does not grow with the filled bottom of a cup.
 double median_thickness(const Body& body) {
   constexpr double most_crossings = 2e7;  // triangles times rays
-  const std::size_t count = body.mesh_triangles.size();
-  std::vector<std::array<Eigen::Vector3d, 3>> corners;
+  std::vector<Corners> triangles;
   std::vector<double> area_up_to;
   for (const auto& t : body.mesh_triangles) {
-    auto& x = corners.emplace_back();
+    Corners& x = triangles.emplace_back();
     for (std::size_t c = 0; c < 3; ++c) x[c] = to_eigen(body.mesh_points[static_cast<std::size_t>(t[c])]);
     area_up_to.push_back((area_up_to.empty() ? 0 : area_up_to.back()) + (x[1] - x[0]).cross(x[2] - x[0]).norm());
   }
-  const auto rays = static_cast<std::size_t>(std::clamp(most_crossings / static_cast<double>(count), 20.0, 200.0));
+  const double rays = std::floor(std::clamp(most_crossings / static_cast<double>(triangles.size()), 20.0, 200.0));
   std::vector<double> thickness;
-  for (std::size_t r = 0; r < rays; ++r) {  // evenly over the surface
-    const double at = (static_cast<double>(r) + 0.5) / static_cast<double>(rays) * area_up_to.back();
-    const auto first =
-        static_cast<std::size_t>(std::lower_bound(area_up_to.begin(), area_up_to.end(), at) - area_up_to.begin());
-    if (first >= count) continue;
-    const auto& own = corners[first];
-    const Eigen::Vector3d from = 0.5 * own[0] + 0.3 * own[1] + 0.2 * own[2],
-                          inward = -(own[1] - own[0]).cross(own[2] - own[0]).normalized();
-    std::vector<std::pair<double, int>> crossings;  // m; 1 where the ray leaves the solid, −1 where it enters
-    int winding = 0;                                // just below the surface
-    for (std::size_t t = 0; t < count; ++t) {
-      if (t == first) continue;
-      const Eigen::Vector3d ab = corners[t][1] - corners[t][0], ac = corners[t][2] - corners[t][0],
-                            across = inward.cross(ac), to = from - corners[t][0];
-      const double det = ab.dot(across), u = to.dot(across) / det;
-      if (!(u >= 0 && u <= 1)) continue;
-      const Eigen::Vector3d q = to.cross(ab);
-      const double v = inward.dot(q) / det, distance = ac.dot(q) / det;
-      if (!(v >= 0 && u + v <= 1 && distance > 0)) continue;
-      crossings.emplace_back(distance, det < 0 ? 1 : -1);
-      winding += crossings.back().second;
-    }
-    if (winding != 1) continue;  // within the solid, or through an edge
-    std::sort(crossings.begin(), crossings.end());
-    for (const auto& [distance, leaves] : crossings)
-      if ((winding -= leaves) <= 0) {
-        thickness.push_back(distance);
-        break;
-      }
+  for (double r = 0.5; r < rays; ++r) {  // evenly over the surface
+    const auto found = std::lower_bound(area_up_to.begin(), area_up_to.end(), r / rays * area_up_to.back());
+    if (found == area_up_to.end()) continue;
+    const auto own = static_cast<std::size_t>(found - area_up_to.begin());
+    if (const auto t = thickness_below(triangles, own)) thickness.push_back(*t);
   }
   if (thickness.empty()) return std::numeric_limits<double>::infinity();
   const auto middle = thickness.begin() + static_cast<std::ptrdiff_t>(thickness.size() / 2);
