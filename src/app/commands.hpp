@@ -96,13 +96,14 @@ struct ReportOptions {
 int report_command(const ReportOptions& options);
 
 struct NewOptions {
-  std::string mesh;  // a garment; "": a square cloth. A file that `import` reads is imported first
-  std::string body;  // that wears it; "": none
+  std::string mesh;    // a garment; "": a square cloth. A file that `import` reads is imported first
+  std::string body;    // that wears it; "": none
+  std::string output;  // file for the scene; "": standard output
   std::optional<std::string> prim, body_prim;  // the meshes in files that are imported
   int threads = 0;                             // 0: the runtime chooses
 };
 
-/// Prints a first scene for a garment's mesh, whose first steps it has tried. Throws SetupError, ExportError.
+/// Prints or writes a first scene for a garment's mesh, whose first steps it has tried. Throws SetupError, ExportError.
 int new_command(const NewOptions& options);
 
 /// A test that there is not. One line.

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -42,11 +44,14 @@ bool first_steps_converge(const Scene& scene) {
   return true;
 }
 
-/// Is standard output a file in another folder than the working one? Then relative paths would not hold in the scene.
-bool writes_elsewhere() {
+/// Is the scene's file in another folder than the working one? Then relative paths would not hold in it. `output`: ""
+/// for standard output, which may be a file too.
+bool writes_elsewhere(const std::string& output) {
   namespace fs = std::filesystem;
   struct stat state {};
   std::error_code unknown;
+  if (!output.empty())
+    return fs::weakly_canonical(fs::absolute(output), unknown).parent_path() != fs::current_path(unknown);
   if (fstat(STDOUT_FILENO, &state) != 0 || !S_ISREG(state.st_mode)) return false;
   const fs::path written = fs::read_symlink("/proc/self/fd/1", unknown);
   return !unknown && written.parent_path() != fs::current_path(unknown);
@@ -70,6 +75,8 @@ std::string mesh_of(const std::string& file, const std::optional<std::string>& p
 }  // namespace
 
 int new_command(const NewOptions& options) {
+  if (std::filesystem::exists(options.output))
+    throw ExportError(fmt::format("{}: exists; choose another file with -o", options.output));
   const std::string mesh = mesh_of(options.mesh, options.prim), body = mesh_of(options.body, options.body_prim);
   std::optional<BackendRuntime> runtime;
   TrySteps trial;  // none without a device: then the steps are only estimated
@@ -85,9 +92,15 @@ int new_command(const NewOptions& options) {
   } catch (const DeviceError&) {
   }
   const FirstScene scene =
-      first_scene(mesh, body, trial, writes_elsewhere() ? MeshPaths::absolute : MeshPaths::as_given);
+      first_scene(mesh, body, trial, writes_elsewhere(options.output) ? MeshPaths::absolute : MeshPaths::as_given);
   for (const std::string& line : scene.warnings) fmt::print(stderr, "warning: {}\n", line);
-  fmt::print("{}", scene.yaml);
+  if (options.output.empty()) {
+    fmt::print("{}", scene.yaml);
+    return exit_done;
+  }
+  std::ofstream file(options.output);
+  if (!(file << scene.yaml).flush())
+    throw ExportError(fmt::format("{}: {}", options.output, std::generic_category().message(errno)));
   return exit_done;
 }
 

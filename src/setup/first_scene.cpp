@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "base/eigen_vec.hpp"
@@ -18,6 +19,7 @@
 #include "setup/forecast.hpp"
 #include "setup/garment.hpp"
 #include "setup/mesh_io.hpp"
+#include "setup/worn.hpp"
 #include "stages/substeps.hpp"
 
 namespace drench {
@@ -39,6 +41,7 @@ struct Suggestion {
   MeshPaths paths = MeshPaths::as_given;
   bool animated = false;  // it is a pattern of the names of several files
   MeshGuess body_guess;
+  bool worn = false;               // the garment's shift puts it on the body
   bool pinned = true;              // false: the body holds it, or it falls onto the body
   std::vector<std::string> found;  // what the set-up says, as comments
   Garment garment;
@@ -214,8 +217,8 @@ std::string mesh_lines(const Suggestion& s) {
   std::string lines = fmt::format("    mesh: {{file: {}{}}}   # {}{}\n", written(s, s.mesh), coordinates(g.guess),
                                   kind_of_path(s, s.mesh), reasons(g.guess));
   if (g.shift != Vec3{0, 0, 0})
-    lines += fmt::format("    place: {{position: {}}}   # m; moves it to the origin, where rounding is smallest\n",
-                         list(g.shift));
+    lines += fmt::format("    place: {{position: {}}}   # m; moves it {}\n", list(g.shift),
+                         s.worn ? "onto the body" : "to the origin, where rounding is smallest");
   return lines;
 }
 
@@ -369,50 +372,6 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
   warnings.push_back(s.found.back());
 }
 
-/// How a mesh lies around a point.
-struct Around {
-  double winding = 0;   // its solid angle over 4π: 1 inside a closed mesh, a good part of it inside an open garment
-  double lopsided = 0;  // length of the mean direction to it: 0 all around, 0.5 at a plane, 1 far away
-};
-
-Around around(const SurfaceMesh& mesh, const Vector3d& x) {
-  double angle = 0;                       // half the solid angle
-  Vector3d direction = Vector3d::Zero();  // integral over the solid angle, by its border: great circles
-  for (const auto& t : mesh.triangles) {
-    const auto side = [&](std::size_t k) -> Vector3d {
-      return to_eigen(mesh.points[static_cast<std::size_t>(t[k])]) - x;
-    };
-    const Vector3d corner[3] = {side(0), side(1), side(2)};
-    const auto& [a, b, c] = corner;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    angle += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-    for (int k = 0; k < 3; ++k) {
-      const Vector3d& from = corner[k];
-      const Vector3d& to = corner[(k + 1) % 3];
-      const Vector3d across = from.cross(to);
-      const double length = across.norm();
-      if (length > 0) direction += 0.5 * std::atan2(length, from.dot(to)) / length * across;
-    }
-  }
-  const double solid_angle = 2 * std::abs(angle);
-  return {solid_angle / (4 * std::numbers::pi), solid_angle > 0 ? direction.norm() / solid_angle : 1};
-}
-
-/// Does the garment go around a part of the body? A sheet that lies at it never does.
-bool surrounds(const Garment& garment, const std::vector<Vec3>& body) {
-  constexpr double least_winding = 0.3, most_lopsided = 0.45;  // 0.5 at a plane
-  std::vector<Vec3> near;
-  for (const Vec3& x : body)
-    if (contains(garment.box.min, garment.box.max, x)) near.push_back(x);
-  const std::size_t stride = 1 + near.size() / 200;
-  std::size_t seen = 0, inside = 0;
-  for (std::size_t k = 0; k < near.size(); k += stride, ++seen) {
-    const Around found = around(garment.mesh, to_eigen(near[k]));
-    inside += found.winding > least_winding && found.lopsided < most_lopsided ? 1 : 0;
-  }
-  return seen > 0 && 10 * inside > seen;
-}
-
 /// The garment of the suggestion, and the first of the body's files.
 std::string measure(Suggestion& s, FirstScene& result) {
   SurfaceMesh mesh = s.mesh.empty() ? grid_mesh(grid) : read_mesh(s.mesh, scene_path);
@@ -434,13 +393,33 @@ std::string measure(Suggestion& s, FirstScene& result) {
   return first;
 }
 
-/// Puts the nozzle where the body is not, and decides by what holds the garment. An animated body counts as its
-/// first file.
-void place_with_body(Suggestion& s, const std::string& body_file) {
+/// The scene of the suggestion with the first of the body's files at rest.
+Setup beside_body_at_rest(const Suggestion& s, const std::string& body_file) {
   Suggestion still = s;
   still.body = body_file;
   still.animated = still.pinned = still.self_collision = false;
-  const Setup setup = build(parse_scene(text_of(still), scene_path));
+  return build(parse_scene(text_of(still), scene_path));
+}
+
+/// A garment whose file has another origin than the body's is moved to where the body wears it.
+bool put_on(Suggestion& s, const Body& body) {
+  if (body.field.empty() || s.garment.flat) return false;
+  const std::optional<WornPlace> place = find_worn_place(s.garment, body);
+  if (!place) return false;
+  for (std::size_t a = 0; a < 3; ++a) s.garment.shift[a] = neat(place->shift[a], 3);
+  s.worn = true;
+  for (Vec3& x : s.garment.mesh.points) x = to_vec3(to_eigen(x) + to_eigen(s.garment.shift));
+  s.garment.box = bounds_of(s.garment.mesh.points);
+  choose_jet(s);
+  choose_domain(s);
+  return true;
+}
+
+/// Puts the garment on the body and the nozzle where the body is not, and decides by what holds the garment. An
+/// animated body counts as its first file.
+void place_with_body(Suggestion& s, const std::string& body_file) {
+  Setup setup = beside_body_at_rest(s, body_file);
+  if (put_on(s, setup.model.bodies.front())) setup = beside_body_at_rest(s, body_file);
   const Body& body = setup.model.bodies.front();
   if (!body.field.empty()) choose_jet(s, exact_distance(body));
   const bool sheet = s.garment.flat && s.garment.open, around_it = surrounds(s.garment, body.mesh_points),

@@ -188,13 +188,43 @@ TEST_F(NewScene, OnAnAnimatedBodyFollowsItsFiles) {
   EXPECT_NE(none.err.find("mesh files 'figure_*.obj': no such files"), std::string::npos) << none.err;
 }
 
-TEST_F(NewScene, BesideABodyHangsByItsTop) {
+/// A box: OBJ text.
+std::string block(const Vec3& min, const Vec3& max) {
+  std::string obj;
+  for (int corner = 0; corner < 8; ++corner)
+    obj += fmt::format("v {} {} {}\n", (corner & 1 ? max : min)[0], (corner & 2 ? max : min)[1],
+                       (corner & 4 ? max : min)[2]);
+  return obj + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
+TEST_F(NewScene, IsPutOnABodyWhoseFileHasAnotherOrigin) {
   write_text(here() / "garment.obj", tube(0.6, 1, 24, 21, 1));
   write_text(here() / "body.obj", figure(0.6));
+  const Outcome made = drench({"new", "garment.obj", "--body", "body.obj", "-o", "scene.yaml"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(made.out, "");
+  const std::string text = read_text(here() / "scene.yaml");
+  EXPECT_NE(text.find("# The body is inside the garment and holds it"), std::string::npos) << text;
+  EXPECT_NE(text.find("   # m; moves it onto the body"), std::string::npos) << text;
+  expect_units(text);
+  const ClothScene& cloth = load_scene((here() / "scene.yaml").string()).cloths.at(0);
+  EXPECT_NEAR(cloth.position[0], -1, 0.03);  // a tenth of the tube's width
+  EXPECT_NEAR(cloth.position[2], 0, 0.03);
+  EXPECT_TRUE(cloth.pins.empty());
+  EXPECT_EQ(drench({"run", "scene.yaml", "--steps", "3", "--quiet", "--no-output"}).code, 0);
+  const Outcome again = drench({"new", "garment.obj", "-o", "scene.yaml"});
+  EXPECT_EQ(again.code, 2);
+  EXPECT_NE(again.err.find("scene.yaml: exists; choose another file with -o"), std::string::npos) << again.err;
+}
+
+TEST_F(NewScene, BesideABodyThatItDoesNotFitHangsByItsTop) {
+  write_text(here() / "garment.obj", tube(0.6, 1, 24, 21, 1));
+  write_text(here() / "body.obj", block({-0.4, 0, -0.4}, {0.4, 1, 0.4}));
   const Outcome made = drench({"new", "garment.obj", "--body", "body.obj"});
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_NE(made.out.find("# No part of the body is inside the garment"), std::string::npos) << made.out;
   EXPECT_NE(made.out.find("    pin: "), std::string::npos);
+  EXPECT_EQ(made.out.find("    place: "), std::string::npos);
 }
 
 /// A square sheet in the plane y = height, in cells: OBJ text.
@@ -210,15 +240,6 @@ std::string flat_sheet(double side, double height, int cells = 16) {
       obj += fmt::format("f {} {} {} {}\n", a, a + cells + 1, a + cells + 2, a + 1);
     }
   return obj;
-}
-
-/// A box: OBJ text.
-std::string block(const Vec3& min, const Vec3& max) {
-  std::string obj;
-  for (int corner = 0; corner < 8; ++corner)
-    obj += fmt::format("v {} {} {}\n", (corner & 1 ? max : min)[0], (corner & 2 ? max : min)[1],
-                       (corner & 4 ? max : min)[2]);
-  return obj + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
 }
 
 TEST_F(NewScene, OfASheetAndABodyTellsWhetherItFalls) {
