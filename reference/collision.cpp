@@ -219,7 +219,7 @@ Clearance clearance_of(const ReferenceState& state, const std::vector<PlacedBody
     // The body stands where it is at the end of the step: where the node lies relative to its start is that far on.
     Vector3d normal;
     const std::optional<double> distance = distance_to(body, x + dt * body.velocity_at(x), normal);
-    if (distance) kept = std::min(kept, *distance + m.release);
+    if (distance) kept = std::min(kept, *distance + m.release * dt);
   }
   return {m.thickness, kept};
 }

@@ -64,7 +64,7 @@ template <class Number>
 struct ResolvedMaterial : BasicMaterial<Number> {
   Number compression_per_mass{};  // compression over the mass per unit area, Pa m²/kg
   Number rigid_share{};           // 1: share of the thickness that no pressure takes
-  Number release{};               // m: how far a node comes out of a solid in a step, if it has begun it inside
+  Number release{};               // m/s: how fast a node comes out of a solid at most, if it has begun the step inside
   Number friction_wet{};          // 1, at saturation 1
   Number damping_wet{};           // 1/s, at saturation 1
   Number emission_cosine{};       // cos θ^e; −2, below all cosines, where there is no direction and so no cone

@@ -206,7 +206,7 @@ void sample_bodies(Setup& setup) {
 
 /// Warns of nodes that start inside a body, and sets how fast they are brought out.
 void settle_nodes_in_solids(Setup& setup) {
-  constexpr double least_release = 0.1;  // of the thickness, per step
+  constexpr double least_release = 0.1;  // of the thickness, per longest step
   Model& m = setup.model;
   for (std::size_t k = 0; k < m.cloths.size(); ++k) {
     ClothMaterial& c = m.cloths[k];
@@ -225,7 +225,7 @@ void settle_nodes_in_solids(Setup& setup) {
       }
     }
     const int steps = m.scene.cloths[k].settle;
-    c.release = std::max(least_release * c.thickness, (deepest + c.thickness) / steps);
+    c.release = std::max(least_release * c.thickness, (deepest + c.thickness) / steps) / m.scene.time.step;
     for (ClothMaterial& patch : m.patches)
       if (patch.of_cloth == static_cast<Index>(k)) patch.release = c.release;
     if (inside > 0) {
