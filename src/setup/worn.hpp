@@ -14,9 +14,9 @@ bool surrounds(const Garment& garment, const std::vector<Vec3>& body);
 
 /// A place of a garment at a body.
 struct WornPlace {
-  Vec3 shift{0, 0, 0};         // m, from where the garment is
-  double gap = 0;              // m: mean distance of its nodes from the body, those inside count several times
-  double inside = 0, deep = 0; // 1: share of its nodes inside the body; m: of the deepest of them
+  Vec3 shift{0, 0, 0};          // m, from where the garment is
+  double gap = 0;               // m: mean distance of its nodes from the body, those inside count several times
+  double inside = 0, deep = 0;  // 1: share of its nodes inside the body; m: of the deepest of them
 };
 
 /// Files of garments and bodies often have different origins: one at the hips, the other at the feet. The translation
