@@ -96,7 +96,7 @@ void density(ReferenceState& state, const StepInfo&, StepReport& report) {
   const Smoothing w(state.model);
   const double spacing = state.model.spacing;
   const Vectors sample = sample_positions(state);
-  s.sample_volume = sample_volumes(state, sample);
+  if (s.fluid_count() > 0) s.sample_volume = sample_volumes(state, sample);
   const std::vector<double> bound = row_bounds(state, sample);
   state.wall_gain.clear();
   state.alpha.assign(s.fluid_position.size(), 0.0);

@@ -7,6 +7,6 @@
 //         which particles touch (12 to 14). docs/theory/bodies.md: row sums of dynamic bodies (12, 13), added where α >
 //         0.
 // Reads:  fluid_position, node_position (m), fluid_mass, node_liquid (quanta), boundary_volume (m³), neighbour lists.
-// Writes: fluid_density_ratio (1), sample_volume (m³); with time.mode error StepReport::density_found (1, Eq. 27a); the
-//         backend's own α, α' (m²) and C, C' (1/m²).
+// Writes: fluid_density_ratio (1), sample_volume (m³, while there is liquid); with time.mode error
+//         StepReport::density_found (1, Eq. 27a); the backend's own α, α' (m²) and C, C' (1/m²).
 // Errors: none. α = 0 marks particles without a usable diagonal; they carry no pressure.

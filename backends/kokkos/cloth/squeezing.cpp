@@ -130,11 +130,10 @@ struct Squeezing {
 
 void allocate(const Cloth& cloth, const SelfCollisionWork& collision, SqueezingWork& work) {
   const auto n = static_cast<std::size_t>(cloth.nodes.count);
-  for (auto [array, label] : {std::pair{&work.pull, "drench::squeezing::pull"},
-                              {&work.smooth, "drench::squeezing::smooth"},
-                              {&work.acceleration, "drench::squeezing::acceleration"},
-                              {&work.wall, "drench::squeezing::wall"}})
-    make_room(*array, label, n);
+  make_room(work.pull, "drench::squeezing::pull", n);
+  make_room(work.smooth, "drench::squeezing::smooth", n);
+  make_room(work.acceleration, "drench::squeezing::acceleration", n);
+  make_room(work.wall, "drench::squeezing::wall", n);
   make_room(work.push, "drench::squeezing::push", 3 * n);
   make_room(work.load, "drench::squeezing::load", n);
   make_room(work.share, "drench::squeezing::share", n);

@@ -31,21 +31,17 @@ KOKKOS_INLINE_FUNCTION Real inverse(Real diagonal, Real smallest, Real volume) {
 /// The part of ω for liquid at this density ratio, in scenes without cloth: eigenvalues grow with it.
 KOKKOS_INLINE_FUNCTION Real crowd_share(Real ratio) { return smaller(Real(1), 2 / ratio); }
 
-/// Volumes of the cloth samples, V_b = d³ S/Σ_k W_bk, and what the liquid's pairs read of them. Samples without liquid
-/// around them keep an earlier volume, which nothing reads; with several ranks a sample's row lacks other ranks'
-/// liquid.
-void sample_volumes(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, Cloth& cloth) {
+/// Volumes of the cloth samples, V_b = d³ S/Σ_k W_bk, and what the liquid's pairs read of them.
+void sample_volumes(const Constants& constants, const NeighborLists& lists, Cloth& cloth) {
   const Kernel kernel = constants.kernel;
   const Real half = Real(0.5) * constants.spacing;
   const Entries<const Real3> x = cloth.samples.position, normal = cloth.samples.normal;
   const Entries<Real4> position = cloth.samples.position_volume, offset = cloth.samples.normal_offset;
   const Entries<Real> volume = cloth.samples.volume;
-  const Neighbors list(lists.sample_sample), liquid(lists.sample_fluid);
-  const bool all = !fluid.exchange.alone();
+  const Neighbors list(lists.sample_sample);
   const Real share = Real(constants.model.layer_share);
   parallel(
       "drench::density::sample_volume", cloth.samples.count, KOKKOS_LAMBDA(const Index b) {
-        if (!all && liquid.row(b).count == 0) return;
         Real sum = kernel.value(0);
         const Real3 here = x(b);
         list.for_each(b, [&](Index j) { sum += kernel.value(norm(here - x(j))); });
@@ -355,8 +351,10 @@ void density(const Constants& constants, Fluid& fluid, NeighborLists& lists, Bod
       });
   if (cloth.samples.count > 0) {
     refresh_inverse_mass(constants, cloth);
-    sample_volumes(constants, fluid, lists, cloth);
-    sample_row_bounds(constants, fluid, lists, cloth);
+    if (fluid.particles.total > 0) {
+      sample_volumes(constants, lists, cloth);
+      sample_row_bounds(constants, fluid, lists, cloth);
+    }
   }
   if (constants.model.extrapolates_walls()) find_wall_gain(constants, lists, bodies, fluid);
   density_and_alpha(constants, fluid, lists, bodies, cloth);
