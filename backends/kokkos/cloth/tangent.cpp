@@ -1,7 +1,8 @@
 #include "cloth/tangent.hpp"
 
 #include <algorithm>
-#include <map>
+#include <numeric>
+#include <vector>
 
 #include "cloth/limit_stiffness.hpp"
 #include "cloth/membrane_stiffness.hpp"
@@ -12,6 +13,7 @@ namespace {
 
 constexpr Real negligible = Real(1e-10);  // of the largest entry of a block
 constexpr double most_whole_work = 1e8;   // multiplications for which the factor holds all pairs that bend, some 3 ms
+constexpr double least_growth = 4;  // of the multiplications with all pairs: 8 to 30 times those of the edges alone
 
 std::vector<Index> free_nodes(const Cloth& cloth, const ClothSystem& s) {
   std::vector<Index> free;
@@ -36,6 +38,31 @@ NodeGraph pattern_of(const ClothSystem& s, const std::vector<Index>& free, const
     }
   return near;
 }
+
+/// The edges by their nodes.
+class EdgeNumbers {
+ public:
+  EdgeNumbers(const ClothSystem& s, Index nodes, Index edges) : start_(at(nodes + 1), 0), edge_(at(edges)) {
+    for (Index e = 0; e < edges; ++e) ++start_[at(s.edge(2 * e) + 1)];
+    std::partial_sum(start_.begin(), start_.end(), start_.begin());
+    std::vector<Index> next(start_.begin(), start_.end() - 1);
+    for (Index e = 0; e < edges; ++e) edge_[at(next[at(s.edge(2 * e))]++)] = {s.edge(2 * e + 1), e};
+  }
+  /// The last edge from a to b, or −1.
+  Index from(Index a, Index b) const {
+    Index found = -1;
+    for (Index k = start_[at(a)]; k < start_[at(a + 1)]; ++k)
+      if (edge_[at(k)].end == b) found = edge_[at(k)].number;
+    return found;
+  }
+
+ private:
+  struct Edge {
+    Index end, number;
+  };
+  std::vector<Index> start_;
+  std::vector<Edge> edge_;
+};
 
 Matrix3 matrix(const FullBlock& k) {
   Matrix3 m;
@@ -78,31 +105,33 @@ ClothTangent::ClothTangent(const Cloth& cloth, const ClothSystem& s)
       row_of_(rows_of(free_, nodes_)),
       factor_(NodeGraph{}) {
   find_edges(s, triangles_);
-  BlockCholesky all(pattern_of(s, free_, row_of_, edge_of_, true));
-  whole_ = all.work() <= most_whole_work;
-  factor_ = whole_ ? std::move(all) : BlockCholesky(pattern_of(s, free_, row_of_, edge_of_, false));
+  factor_ = BlockCholesky(pattern_of(s, free_, row_of_, edge_of_, false));
+  if (least_growth * factor_.work() <= most_whole_work) {
+    BlockCholesky all(pattern_of(s, free_, row_of_, edge_of_, true));
+    whole_ = all.work() <= most_whole_work;
+    if (whole_) factor_ = std::move(all);
+  }
   factor_.make_room();
   solution_.resize(3 * free_.size());
   find_targets(s);
 }
 
 void ClothTangent::find_edges(const ClothSystem& s, Index triangles) {
-  std::map<std::pair<Index, Index>, Index> number;
-  for (Index e = 0; e < edges_; ++e) number[{s.edge(2 * e), s.edge(2 * e + 1)}] = e;
+  const EdgeNumbers number(s, nodes_, edges_);
   edge_of_.assign(at(s.link_start(nodes_)), -1);
   for (Index n = 0; n < nodes_; ++n)
     for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
       const Index other = s.link(l).other;
-      if (const auto e = number.find({n, other}); e != number.end()) edge_of_[at(l)] = 2 * e->second;
-      if (const auto e = number.find({other, n}); e != number.end()) edge_of_[at(l)] = 2 * e->second + 1;
+      if (const Index e = number.from(n, other); e >= 0) edge_of_[at(l)] = 2 * e;
+      if (const Index e = number.from(other, n); e >= 0) edge_of_[at(l)] = 2 * e + 1;
     }
   std::vector<std::vector<EdgePart>> parts(at(edges_));
   for (Index t = 0; t < triangles; ++t)
     for (Index k = 0; k < 3; ++k) {
       const Index a = s.triangle(3 * t + k), b = s.triangle(3 * t + (k + 1) % 3);
       const std::size_t block = 6 * at(t) + 3 + at(k);
-      if (const auto e = number.find({a, b}); e != number.end()) parts[at(e->second)].push_back({block, false});
-      if (const auto e = number.find({b, a}); e != number.end()) parts[at(e->second)].push_back({block, true});
+      if (const Index e = number.from(a, b); e >= 0) parts[at(e)].push_back({block, false});
+      if (const Index e = number.from(b, a); e >= 0) parts[at(e)].push_back({block, true});
     }
   part_start_.assign(1, 0);
   for (const auto& p : parts) {
