@@ -59,11 +59,13 @@ TEST(rigid_contacts, bodies_of_every_kind_come_to_rest_on_a_floor) {
     std::string body;
     double height;  // m: of the centre at rest
   };
-  for (const Case& c : {Case{"box: {min: [-0.05, 0.005, -0.04], max: [0.05, 0.065, 0.04], dynamic: true}", 0.03},
-                        {"sphere: {center: [0, 0.055, 0], radius: 0.05, dynamic: true}", 0.05},
-                        {"mesh: {file: " + box + ", position: [0, 0.035, 0], dynamic: true}", 0.03},
-                        {"mesh: {file: " + ball + ", scale: 0.05, position: [0, 0.055, 0], dynamic: true}", 0.05},
-                        {"mesh: {file: " + cup + ", position: [0, 0.005, 0], dynamic: true}", 0}}) {
+  const std::vector<Case> cases{
+      {"box: {min: [-0.05, 0.005, -0.04], max: [0.05, 0.065, 0.04], dynamic: true}", 0.03},
+      {"sphere: {center: [0, 0.055, 0], radius: 0.05, dynamic: true}", 0.05},
+      {"mesh: {file: " + box + ", position: [0, 0.035, 0], dynamic: true}", 0.03},
+      {"mesh: {file: " + ball + ", scale: 0.05, position: [0, 0.055, 0], dynamic: true}", 0.05},
+      {"mesh: {file: " + cup + ", position: [0, 0.005, 0], dynamic: true}", 0}};
+  for (const Case& c : cases) {
     SCOPED_TRACE(c.body);
     Dry dry(floor_plane + ("  - " + c.body + "\n"));
     const double height = c.height > 0 ? c.height : dry.at(1)[1] - 0.005;
