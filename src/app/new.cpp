@@ -57,6 +57,16 @@ bool writes_elsewhere(const std::string& output) {
   return !unknown && written.parent_path() != fs::current_path(unknown);
 }
 
+/// Before anything is computed. `output`: "" for standard output.
+void check_output(const std::string& output) {
+  namespace fs = std::filesystem;
+  std::error_code unknown;
+  if (output.empty()) return;
+  if (fs::exists(output, unknown)) throw ExportError(fmt::format("{}: exists; choose another file with -o", output));
+  if (const fs::path folder = fs::absolute(output, unknown).parent_path(); !fs::is_directory(folder, unknown))
+    throw ExportError(fmt::format("{}: no such folder", folder.string()));
+}
+
 /// The file itself, or what it is imported as; "" of none. SetupError: a format that cannot be read.
 std::string mesh_of(const std::string& file, const std::optional<std::string>& prim) {
   namespace fs = std::filesystem;
@@ -75,8 +85,7 @@ std::string mesh_of(const std::string& file, const std::optional<std::string>& p
 }  // namespace
 
 int new_command(const NewOptions& options) {
-  if (std::filesystem::exists(options.output))
-    throw ExportError(fmt::format("{}: exists; choose another file with -o", options.output));
+  check_output(options.output);
   const std::string mesh = mesh_of(options.mesh, options.prim), body = mesh_of(options.body, options.body_prim);
   std::optional<BackendRuntime> runtime;
   TrySteps trial;  // none without a device: then the steps are only estimated

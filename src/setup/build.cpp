@@ -229,10 +229,11 @@ void settle_nodes_in_solids(Setup& setup) {
     for (ClothMaterial& patch : m.patches)
       if (patch.of_cloth == static_cast<Index>(k)) patch.release = c.release;
     if (inside > 0) {
-      setup.warnings.push_back(fmt::format(
-          "{}: {} start{} inside a solid body, up to {:.2g} m deep; moved out over {} steps (cloth.{}.settle)",
-          cloth_label(c.name), inside == 1 ? "1 free node" : fmt::format("{} free nodes", inside),
-          inside == 1 ? "s" : "", deepest, steps, k));
+      setup.warnings.push_back(
+          fmt::format("{}: {} start{} inside a solid body, up to {:.2g} m deep; moved out over {:.2g} s "
+                      "(cloth.{}.settle times time.step)",
+                      cloth_label(c.name), inside == 1 ? "1 free node" : fmt::format("{} free nodes", inside),
+                      inside == 1 ? "s" : "", deepest, steps * m.scene.time.step, k));
     }
   }
 }

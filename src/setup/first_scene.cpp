@@ -406,10 +406,15 @@ bool put_on(Suggestion& s, const Body& body) {
   if (body.field.empty() || s.garment.flat) return false;
   const std::optional<WornPlace> place = find_worn_place(s.garment, body);
   if (!place) return false;
-  for (std::size_t a = 0; a < 3; ++a) s.garment.shift[a] = neat(place->shift[a], 3);
+  const double unit = std::pow(10, std::floor(std::log10(s.garment.size)) - 3);  // 0.1 to 1 thousandth of its size
+  for (std::size_t a = 0; a < 3; ++a) s.garment.shift[a] = std::round(place->shift[a] / unit) * unit;
   s.worn = true;
   for (Vec3& x : s.garment.mesh.points) x = to_vec3(to_eigen(x) + to_eigen(s.garment.shift));
   s.garment.box = bounds_of(s.garment.mesh.points);
+  s.found.push_back(fmt::format(
+      "The garment and the body have different origins: moved by {} m, after which {:.2g} % of its nodes are "
+      "inside the body. Delete place to undo it",
+      list(s.garment.shift), 100 * place->inside));
   choose_jet(s);
   choose_domain(s);
   return true;

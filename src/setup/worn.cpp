@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <numbers>
 
 #include "base/eigen_vec.hpp"
@@ -64,55 +63,61 @@ bool surrounds_at(const Garment& garment, const std::vector<Vec3>& body, const V
 class PlaceSearch {
  public:
   PlaceSearch(const Garment& garment, const Body& body) : garment_(garment), body_(body), reach_(0.15 * garment.size) {
-    const std::size_t stride = 1 + garment.mesh.points.size() / 400;
-    for (std::size_t k = 0; k < garment.mesh.points.size(); k += stride)
-      some_.push_back(to_eigen(garment.mesh.points[k]));
     for (const Vec3& x : garment.mesh.points) all_.push_back(to_eigen(x));
+    // Spread over the list by the golden ratio: a fixed stride might follow the rows of a mesh.
+    const std::size_t count = std::min<std::size_t>(400, all_.size());
+    for (std::size_t k = 0; k < count; ++k) {
+      const double turns = (std::numbers::phi - 1) * static_cast<double>(k);
+      some_.push_back(all_[static_cast<std::size_t>((turns - std::floor(turns)) * static_cast<double>(all_.size()))]);
+    }
   }
 
   /// By all nodes.
   WornPlace at(const Vector3d& shift) const { return rate(all_, shift); }
 
-  /// The best on a lattice of places where the middle of the garment is within the body's box, then by ever shorter
-  /// steps from the best of these.
-  WornPlace best() const {
+  /// The best places, from the best on: those on a lattice where the middle of the garment is within the body's box,
+  /// then by ever shorter steps from the best of these that are apart from each other.
+  std::vector<WornPlace> best() const {
     const Box box = bounds_of(body_.mesh_points);
     const Vector3d middle = 0.5 * (to_eigen(garment_.box.min) + to_eigen(garment_.box.max)),
                    low = to_eigen(box.min) - middle, sides = to_eigen(box.max) - to_eigen(box.min);
     constexpr double most_places = 40000;
-    const double step = std::max(garment_.size / 20, std::cbrt(sides.prod() / most_places));
-    std::array<int, 3> count{};
-    for (int a = 0; a < 3; ++a) count[static_cast<std::size_t>(a)] = 1 + static_cast<int>(std::ceil(sides[a] / step));
+    double step = garment_.size / 20;
+    const auto along = [&](int a) { return 1 + std::ceil(sides[a] / step); };
+    while (along(0) * along(1) * along(2) > most_places) step *= 1.1;
+    const std::array<int, 3> count{static_cast<int>(along(0)), static_cast<int>(along(1)), static_cast<int>(along(2))};
     std::vector<WornPlace> found;
     for (int k = 0; k < count[2]; ++k)
       for (int j = 0; j < count[1]; ++j)
         for (int i = 0; i < count[0]; ++i) found.push_back(rate(some_, low + step * Vector3d(i, j, k)));
-    constexpr std::size_t starts = 8;
-    const auto end = found.begin() + static_cast<std::ptrdiff_t>(std::min(starts, found.size()));
-    std::partial_sort(found.begin(), end, found.end(),
-                      [](const WornPlace& a, const WornPlace& b) { return a.gap < b.gap; });
-    WornPlace best = refine(found.front(), step);
-    for (auto start = found.begin() + 1; start != end; ++start)
-      if (const WornPlace refined = refine(*start, step); refined.gap < best.gap) best = refined;
-    return at(to_eigen(best.shift));
+    std::stable_sort(found.begin(), found.end(), nearer);
+    std::vector<WornPlace> starts, refined;
+    for (const WornPlace& place : found) {
+      const auto is_near = [&](const WornPlace& o) {
+        return (to_eigen(o.shift) - to_eigen(place.shift)).norm() < 3 * step;
+      };
+      if (starts.size() < 8 && std::none_of(starts.begin(), starts.end(), is_near)) starts.push_back(place);
+    }
+    for (const WornPlace& start : starts) refined.push_back(at(to_eigen(refine(start, step).shift)));
+    std::stable_sort(refined.begin(), refined.end(), nearer);
+    return refined;
   }
 
-  double reach() const { return reach_; }
-
  private:
+  static bool nearer(const WornPlace& a, const WornPlace& b) { return a.gap < b.gap; }
+
   WornPlace rate(const std::vector<Vector3d>& nodes, const Vector3d& shift) const {
     constexpr double weight_inside = 4;
     WornPlace place;
     place.shift = to_vec3(shift);
     for (const Vector3d& x : nodes) {
       Vec3 normal;
-      const double distance = field_distance(body_.field, to_vec3(x + shift), normal);
-      place.gap += distance < 0 ? weight_inside * std::min(-distance, reach_) : std::min(distance, reach_);
-      if (distance >= 0) continue;
-      place.inside += 1;
-      place.deep = std::max(place.deep, -distance);
+      const double distance = field_distance(body_.field, to_vec3(x + shift), normal),
+                   counted = distance < 0 ? weight_inside * std::min(-distance, reach_) : std::min(distance, reach_);
+      place.gap += counted * counted;
+      place.inside += distance < 0 ? 1 : 0;
     }
-    place.gap /= static_cast<double>(nodes.size());
+    place.gap = std::sqrt(place.gap / static_cast<double>(nodes.size()));
     place.inside /= static_cast<double>(nodes.size());
     return place;
   }
@@ -123,7 +128,7 @@ class PlaceSearch {
       for (int a = 0; a < 3; ++a)
         for (const double sign : {-1.0, 1.0}) {
           const WornPlace next = rate(some_, to_eigen(best.shift) + sign * step * Vector3d::Unit(a));
-          if (next.gap < nearest.gap) nearest = next;
+          if (nearer(next, nearest)) nearest = next;
         }
       if (nearest.gap < best.gap)
         best = nearest;
@@ -148,12 +153,10 @@ bool surrounds(const Garment& garment, const std::vector<Vec3>& body) {
 std::optional<WornPlace> find_worn_place(const Garment& garment, const Body& body) {
   const PlaceSearch search(garment, body);
   const WornPlace given = search.at(Vector3d::Zero());
-  const bool worn = surrounds(garment, body.mesh_points);
-  if (constexpr double few = 0.02; worn && given.inside <= few) return std::nullopt;
-  const WornPlace best = search.best();
-  if (best.gap > 0.5 * (worn ? given.gap : search.reach())) return std::nullopt;
-  if (!surrounds_at(garment, body.mesh_points, to_eigen(best.shift))) return std::nullopt;
-  return best;
+  if (constexpr double few = 0.02; given.inside <= few && surrounds(garment, body.mesh_points)) return std::nullopt;
+  for (const WornPlace& place : search.best())
+    if (place.gap <= 0.4 * given.gap && surrounds_at(garment, body.mesh_points, to_eigen(place.shift))) return place;
+  return std::nullopt;
 }
 
 }  // namespace drench

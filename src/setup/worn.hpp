@@ -14,14 +14,14 @@ bool surrounds(const Garment& garment, const std::vector<Vec3>& body);
 
 /// A place of a garment at a body.
 struct WornPlace {
-  Vec3 shift{0, 0, 0};          // m, from where the garment is
-  double gap = 0;               // m: mean distance of its nodes from the body, those inside count several times
-  double inside = 0, deep = 0;  // 1: share of its nodes inside the body; m: of the deepest of them
+  Vec3 shift{0, 0, 0};  // m, from where the garment is
+  double gap = 0;       // m: root mean square of the distances of its nodes from the body; depths count four times
+  double inside = 0;    // 1: share of its nodes inside the body
 };
 
-/// Files of garments and bodies often have different origins: one at the hips, the other at the feet. The translation
-/// after which the garment is nearest to the body with few nodes inside it, at most half as far on average; none where
-/// the garment is well placed already or no such place goes around a part of the body. `body` has a distance field.
+/// Finds the translation that puts a garment on a body: files of both often have different origins, one at the hips,
+/// the other at the feet. None where the garment is well placed already, or where no place that goes around a part of
+/// the body has at most 0.4 of its gap. `body` has a distance field.
 std::optional<WornPlace> find_worn_place(const Garment& garment, const Body& body);
 
 }  // namespace drench

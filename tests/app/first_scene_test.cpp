@@ -198,23 +198,35 @@ std::string block(const Vec3& min, const Vec3& max) {
 }
 
 TEST_F(NewScene, IsPutOnABodyWhoseFileHasAnotherOrigin) {
-  write_text(here() / "garment.obj", tube(0.6, 1, 24, 21, 1));
+  write_text(here() / "garment.obj", tube(0.6, 1));
   write_text(here() / "body.obj", figure(0.6));
-  const Outcome made = drench({"new", "garment.obj", "--body", "body.obj", "-o", "scene.yaml"});
+  EXPECT_EQ(drench({"new", "garment.obj", "--body", "body.obj"}).out.find("    place: "), std::string::npos);
+  write_text(here() / "far.obj", tube(0.6, 0.01, 24, 21, 12.347));
+  const Outcome made = drench({"new", "far.obj", "--body", "body.obj", "-o", "scene.yaml"});
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_EQ(made.out, "");
   const std::string text = read_text(here() / "scene.yaml");
   EXPECT_NE(text.find("# The body is inside the garment and holds it"), std::string::npos) << text;
+  EXPECT_NE(text.find("# The garment and the body have different origins: moved by ["), std::string::npos) << text;
   EXPECT_NE(text.find("   # m; moves it onto the body"), std::string::npos) << text;
   expect_units(text);
-  const ClothScene& cloth = load_scene((here() / "scene.yaml").string()).cloths.at(0);
-  EXPECT_NEAR(cloth.position[0], -1, 0.03);  // a tenth of the tube's width
-  EXPECT_NEAR(cloth.position[2], 0, 0.03);
+  const Scene scene = load_scene((here() / "scene.yaml").string());
+  const ClothScene& cloth = scene.cloths.at(0);
+  EXPECT_EQ(cloth.unit, LengthUnit::cm);
+  EXPECT_NEAR(cloth.position[0], -12.347, 0.01);  // the body is 3 cm narrower than the tube
+  EXPECT_NEAR(cloth.position[2], 0, 0.01);
   EXPECT_TRUE(cloth.pins.empty());
   EXPECT_EQ(drench({"run", "scene.yaml", "--steps", "3", "--quiet", "--no-output"}).code, 0);
-  const Outcome again = drench({"new", "garment.obj", "-o", "scene.yaml"});
+}
+
+TEST_F(NewScene, WritesNewFilesOnly) {
+  write_text(here() / "scene.yaml", "drench: 1\n");
+  const Outcome again = drench({"new", "-o", "scene.yaml"});
   EXPECT_EQ(again.code, 2);
-  EXPECT_NE(again.err.find("scene.yaml: exists; choose another file with -o"), std::string::npos) << again.err;
+  EXPECT_EQ(again.err, "drench: scene.yaml: exists; choose another file with -o\n");
+  const Outcome nowhere = drench({"new", "-o", "none/scene.yaml"});
+  EXPECT_EQ(nowhere.code, 2);
+  EXPECT_NE(nowhere.err.find("none: no such folder"), std::string::npos) << nowhere.err;
 }
 
 TEST_F(NewScene, BesideABodyThatItDoesNotFitHangsByItsTop) {

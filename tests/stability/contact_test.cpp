@@ -13,6 +13,7 @@
 #include "paths.hpp"
 #include "sheet_inside_a_sphere.hpp"
 #include "states.hpp"
+#include "validation.hpp"
 
 namespace drench::test {
 namespace {
@@ -209,6 +210,26 @@ TEST(contact, a_sheet_inside_a_body_comes_out_without_being_thrown) {
   EXPECT_EQ(unconverged_steps(run, 0.3), 0);
   EXPECT_EQ(inside(run.state()), 0);
   EXPECT_LT(run.watch().largest_speed(), 1.1) << "m/s";
+}
+
+TEST(contact, a_sheet_inside_a_body_comes_out_as_fast_by_shorter_steps) {
+  const auto radius = [](const Vec3& x) { return std::hypot(x[0], x[1], x[2]); };
+  const auto came_out = [&](double step) {  // m: on average, by nodes that start deep inside, in 0.02 s
+    SceneRun run(sheet_inside_a_sphere);
+    while (run.time() < 0.02 - 1e-6) run.step(step);
+    const HostState start = run.initial(), end = run.state();
+    double sum = 0;
+    int count = 0;
+    for (std::size_t n = 0; n < start.node_position.size(); ++n)
+      if (radius(start.node_position[n]) < 0.05) {
+        sum += radius(end.node_position[n]) - radius(start.node_position[n]);
+        ++count;
+      }
+    return sum / count;
+  };
+  const double whole = came_out(0.004), tenths = came_out(0.0004);
+  EXPECT_GT(whole, 0.003);                  // a tenth of what is deepest
+  EXPECT_NEAR(tenths, whole, 0.2 * whole);  // ten times as far if each step brought it out as far
 }
 
 TEST(contact, a_body_that_leaves_does_not_pull_a_sheet_along) {
