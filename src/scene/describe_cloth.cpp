@@ -398,7 +398,7 @@ void describe(Section& s, ClothScene& cloth) {
       "self_collision", cloth.self_collision,
       "collisions with itself and with other cloths that have this key; for cloth that folds; increases run time");
   s.integer("settle", cloth.settle, "[1, 100000]", "1",
-            "nodes that start inside a body are moved out over so many times `time.step`");
+            "number of steps of length `time.step` over which nodes that start inside a body are moved out");
   s.boolean("dynamics", cloth.dynamics, "`false`: the cloth does not move and is not solved, for wicking and filters");
   s.saved_if(cloth.velocity != Vec3{0, 0, 0})
       .numbers("velocity", cloth.velocity, speed_range, "m/s",

@@ -64,7 +64,7 @@ template <class Number>
 struct ResolvedMaterial : BasicMaterial<Number> {
   Number compression_per_mass{};  // compression over the mass per unit area, Pa m²/kg
   Number rigid_share{};           // 1: share of the thickness that no pressure takes
-  Number release{};               // m/s: how fast a node comes out of a solid at most, if it has begun the step inside
+  Number release{};               // m/s: largest speed at which a node that begins a step inside a solid comes out
   Number friction_wet{};          // 1, at saturation 1
   Number damping_wet{};           // 1/s, at saturation 1
   Number emission_cosine{};       // cos θ^e; −2, below all cosines, where there is no direction and so no cone

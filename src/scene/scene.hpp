@@ -228,9 +228,9 @@ struct ClothScene {
   std::vector<SewScene> sew;             // seams that are closed during the run
   double sew_time = 0.5;                 // s; until they are closed
   bool self_collision = false;           // with itself and with other cloths that have this
-  int settle = 50;                       // steps over which nodes that start inside a body come out of it
-  bool dynamics = true;                  // false: it does not move
-  Vec3 velocity{0, 0, 0};                // m/s; of its nodes that are not pinned, at the start
+  int settle = 50;         // steps of length time.step over which nodes that start inside a body come out of it
+  bool dynamics = true;    // false: it does not move
+  Vec3 velocity{0, 0, 0};  // m/s; of its nodes that are not pinned, at the start
   std::vector<SaturationScene> initial_saturation;  // at the start; 0 elsewhere
   std::vector<SaturationScene> hold_saturation;     // reservoirs
   std::vector<StainScene> initial_stain;            // solute that is dry on it at the start; 0 elsewhere
