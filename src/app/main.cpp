@@ -209,7 +209,7 @@ void add_new_options(CLI::App& command, drench::NewOptions& options) {
       "Examples:\n"
       "  drench new\n"
       "  drench new garment.obj | tee scene.yaml\n"
-      "  drench new garment.obj --body figure.obj -o scene.yaml");
+      "  drench new garment.obj --body figure.obj -o worn.yaml");
 }
 
 void add_test_options(CLI::App& command, drench::TestOptions& options) {
