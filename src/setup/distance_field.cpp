@@ -214,8 +214,7 @@ std::string coarse_field(const DistanceField& field, double spacing) {
   const double longest = field.spacing * *std::max_element(field.points.begin(), field.points.end());
   return fmt::format(
       "its lattice of distances, {:.2g} m long, is limited to steps of {:.2g} m instead of {:.2g} m, which rounds "
-      "finer "
-      "details; cut the mesh to the part that cloth and liquid reach, or use a larger spacing",
+      "finer details; cut the mesh to the part that cloth and liquid reach, or use a larger spacing",
       longest, field.spacing, 0.5 * spacing);
 }
 

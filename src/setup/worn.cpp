@@ -151,11 +151,14 @@ bool surrounds(const Garment& garment, const std::vector<Vec3>& body) {
 }
 
 std::optional<WornPlace> find_worn_place(const Garment& garment, const Body& body) {
+  constexpr double few = 0.02;       // of the nodes: so many may be inside the body of a garment that is well placed
+  constexpr double most_left = 0.4;  // of the gap, at a place that is worth moving to
   const PlaceSearch search(garment, body);
   const WornPlace given = search.at(Vector3d::Zero());
-  if (constexpr double few = 0.02; given.inside <= few && surrounds(garment, body.mesh_points)) return std::nullopt;
+  if (given.inside <= few && surrounds(garment, body.mesh_points)) return std::nullopt;
   for (const WornPlace& place : search.best())
-    if (place.gap <= 0.4 * given.gap && surrounds_at(garment, body.mesh_points, to_eigen(place.shift))) return place;
+    if (place.gap <= most_left * given.gap && surrounds_at(garment, body.mesh_points, to_eigen(place.shift)))
+      return place;
   return std::nullopt;
 }
 

@@ -228,7 +228,7 @@ TEST(contact, a_sheet_inside_a_body_comes_out_as_fast_by_shorter_steps) {
     return sum / count;
   };
   const double whole = came_out(0.004), tenths = came_out(0.0004);
-  EXPECT_GT(whole, 0.003);                  // a tenth of what is deepest
+  EXPECT_GT(whole, 0.003);
   EXPECT_NEAR(tenths, whole, 0.2 * whole);  // ten times as far if each step brought it out as far
 }
 
