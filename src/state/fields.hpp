@@ -47,7 +47,7 @@
 
 /// Samples of the cloths.
 #define DRENCH_SAMPLE_FIELDS(FIELD)                                                                                   \
-  FIELD(sample,   volume,           double,       "m³",     m.has_fluid())/* Akinci V_b, while there is liquid */      \
+  FIELD(sample,   volume,           double,       "m³",     m.has_fluid())/* Akinci V_b, while there is liquid */     \
   FIELD(sample,   flow_direction,   Vec3,         "1",      m.has_porous())/* v_p of Eqs. 4–6, |v_p| < 1, or 0 */     \
   FIELD(sample,   flux,             double,       "m/s",    m.has_permeation())/* u_p, along its normal */            \
   FIELD(sample,   taken_front,      Quanta,       "quanta", m.counts_faces())/* from liquid where its normal points */\
