@@ -103,11 +103,13 @@ void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, co
     Vector3d v = vec(state.s.node_velocity[n]);
     Vector3d x = vec(state.s.node_position[n]) + dt * v;
     const ClothMaterial& cloth = m.material_of_node(n);
-    const Clearance clearance = clearance_of(state, bodies, n, dt);
+    const Clearance clearance = clearance_of(state, n, dt);
     if (!cloth.self_collision) {
       for (const BodyContact& contact : project_out(bodies, clearance, x)) v = contact.stopped(v);
     }
-    if (clearance.kept < 0.999 * clearance.thickness) v = at_rest_outwards(state, bodies, clearance, n, x, dt, v);
+    const bool inside = std::ranges::any_of(
+        bodies, [&](const PlacedBody& body) { return clearance.kept_from(body) < 0.999 * clearance.thickness; });
+    if (inside) v = at_rest_outwards(state, bodies, clearance, n, x, dt, v);
     state.s.node_position[n] = arr(x);
     state.s.node_velocity[n] = arr(v);
   }

@@ -42,7 +42,7 @@ BodyReaction::BodyReaction(ReferenceState& state, const StepInfo& info) : state_
 /// Of the forces of the last step, each on the last body that the node is next to.
 std::vector<Six> BodyReaction::last_impulses(const StepInfo& info) const {
   const std::vector<PlacedBody> bodies = placed_bodies(state_, info);
-  std::vector<Six> sum(bodies.size(), Six::Zero());
+  std::vector<Six> sum(state_.model.bodies.size(), Six::Zero());
   for (Index n = 0; n < state_.s.node_count(); ++n) {
     const Vector3d force = vec(state_.s.node_contact_force[n]) + vec(state_.s.node_friction_force[n]),
                    x = vec(state_.s.node_position[n]);
@@ -55,18 +55,18 @@ std::vector<Six> BodyReaction::last_impulses(const StepInfo& info) const {
     }
     if (touched == bodies.size()) continue;
     const Vector3d push = -dt_ * force;
-    sum[touched] += six(push, (x - bodies[touched].pose.position).cross(push));
+    sum[bodies[touched].index] += six(push, (x - bodies[touched].pose.position).cross(push));
   }
   return sum;
 }
 
 std::vector<Six> BodyReaction::impulses(const ClothProblem& problem, const Vectors& x) const {
-  std::vector<Six> sum(problem.bodies.size(), Six::Zero());
+  std::vector<Six> sum(state_.model.bodies.size(), Six::Zero());
   const Vectors r = problem.residual(x);
   for (Index n = 0; n < state_.s.node_count(); ++n) {
     if (!problem.is_free(n)) continue;
     const auto add = [&](std::size_t b, const Vector3d& force) {
-      sum[b] += dt_ * six(force, (x[n] - problem.bodies[b].pose.position).cross(force));
+      sum[problem.bodies[b].index] += dt_ * six(force, (x[n] - problem.bodies[b].pose.position).cross(force));
     };
     Vector3d left = r[n];
     const NodeContact touched = problem.contact(n, x[n], left, 1, add);

@@ -30,8 +30,20 @@ struct Touched {
   std::size_t body;
   Vector3d normal = Vector3d::Zero();
   double slope = 1;
+  double distance = 0;
   double pressed = 0;
 };
+
+/// Adds a body that the node touches. Of two parts of one mesh that have nearly the same surface there the nearer one
+/// alone counts.
+void add_touched(const std::vector<PlacedBody>& bodies, const Touched& t, std::vector<Touched>& touched) {
+  for (Touched& other : touched) {
+    if (bodies[other.body].index != bodies[t.body].index || other.normal.dot(t.normal) <= 0.9) continue;
+    if (t.distance < other.distance) other = t;
+    return;
+  }
+  touched.push_back(t);
+}
 
 /// The two bodies that squeeze a node into the narrowest gap.
 struct SqueezingPair {
@@ -46,13 +58,13 @@ struct SqueezingPair {
 
 /// `half`: what squeezes the node to half of its thickness.
 SqueezingPair squeezing_pair(const std::vector<PlacedBody>& bodies, const std::vector<Touched>& touched,
-                             const ClothMaterial& m, double half, const Vector3d& x) {
+                             const ClothMaterial& m, double half, const Clearance& clearance, const Vector3d& x) {
   SqueezingPair pair;
   double narrowest = 2 * m.thickness;
   for (std::size_t k = 1; k < touched.size(); ++k)
     for (std::size_t j = 0; j < k; ++j) {
       const Touched &one = touched[j], &other = touched[k];
-      const std::optional<double> gap = gap_between(bodies[one.body], bodies[other.body], m.thickness, x);
+      const std::optional<double> gap = gap_between(bodies[one.body], bodies[other.body], clearance, x);
       if (!gap) continue;
       const double fibres = m.rigid_share;                                     // of τ: no pressure takes more
       const double width = std::max(fibres + 0.01, *gap / (2 * m.thickness));  // over the free one
@@ -134,7 +146,7 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
   for (Index n = 0; n < mesh.nodes(); ++n) {
     mass.push_back(node_mass(state, n) + mesh.soft_pin(n) * dt * dt);
     diagonal.push_back(mass[n] / (dt * dt));
-    clearance.push_back(clearance_of(state, bodies, n, dt));
+    clearance.push_back(clearance_of(state, n, dt));
   }
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
     for (const Index n : mesh.edge[e]) diagonal[n] += (1 + material(n).strain_damping / dt) * mesh.edge_stiffness[e];
@@ -315,8 +327,8 @@ Vector3d ClothProblem::before_planes(Index n, const Vector3d& now, Vector3d x) c
     Vector3d normal;
     const std::optional<double> distance = distance_to(body, now, normal);
     if (!distance) continue;
-    const double kept =
-        *distance < clearance[n].kept ? distance_to_keep(bodies, body, clearance[n], now) : clearance[n].kept;
+    const double alone = clearance[n].kept_from(body);
+    const double kept = *distance < alone ? distance_to_keep(bodies, body, clearance[n], now) : alone;
     x += std::max(0.0, kept - *distance - normal.dot(x - now)) * normal;
   }
   return x;
@@ -328,13 +340,15 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, do
   for (std::size_t b = 0; b < bodies.size() && is_free(n) && touched.size() < 4; ++b) {
     Touched t{.body = b};
     const std::optional<double> distance = distance_to(bodies[b], x, t.normal, t.slope);
-    if (distance && *distance < clearance[n].kept + contact_range * material(n).thickness) touched.push_back(t);
+    if (!distance || *distance >= clearance[n].kept_from(bodies[b]) + contact_range * material(n).thickness) continue;
+    t.distance = *distance;
+    add_touched(bodies, t, touched);
   }
   NodeContact found;
   if (touched.empty()) return found;
   const double half =
       material(n).compression_per_mass * model().mesh.solid_mass[n] / stiffness;  // squeezes to half of τ
-  SqueezingPair pair = squeezing_pair(bodies, touched, material(n), half, x);
+  SqueezingPair pair = squeezing_pair(bodies, touched, material(n), half, clearance[n], x);
   take_what_presses(touched, pair, push);
   const auto press = [&](std::size_t b, double force, const Vector3d& normal) {
     if (of_body) of_body(b, -force * normal);

@@ -39,7 +39,7 @@ std::vector<double> turning_points(const MovingTriangle& t, const Vector3d& x0, 
   return quadratic_roots(c1, 2 * c2, 3 * c3);
 }
 
-/// Trilinear in the lattice's values; none beyond the lattice or without one.
+/// Trilinear in the lattice's values; none beyond the lattice, without one or where it has far values.
 /// `slope`: how fast it grows along the normal.
 std::optional<double> field_distance(const DistanceField& field, const Vector3d& x, Vector3d& normal, double& slope) {
   normal = Vector3d::Zero();
@@ -55,6 +55,8 @@ std::optional<double> field_distance(const DistanceField& field, const Vector3d&
     const auto row = static_cast<std::size_t>(cell[2] + k) * field.points[1] + cell[1] + j;
     return field.value[row * field.points[0] + cell[0] + i];
   };
+  for (int k = 0; k < 8; ++k)
+    if (value(k & 1, k >> 1 & 1, k >> 2) == DistanceField::nowhere) return std::nullopt;
   const double u = at[0] - cell[0], v = at[1] - cell[1], w = at[2] - cell[2];
   const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
   // Along x first, then y, then z; the slopes are those of the same interpolation.
@@ -160,8 +162,13 @@ std::vector<PlacedBody> placed_bodies(const ReferenceState& state, const StepInf
   for (Index k = 0; k < static_cast<Index>(state.model.bodies.size()); ++k) {
     const Body& body = state.model.bodies[k];
     const Pose pose = pose_of(state.s, k);
-    placed.push_back({&body, body.moves() ? advanced(pose, info.dt) : pose});
+    placed.push_back({&body, k, body.moves() ? advanced(pose, info.dt) : pose});
     if (body.deforms()) placed.back().surface = std::make_shared<DeformedSurface>(body, info.time, info.dt);
+  }
+  for (Index k = 0; k < static_cast<Index>(state.model.bodies.size()); ++k) {
+    if (!state.model.bodies[k].has_parts()) continue;
+    placed.push_back(placed[k]);
+    placed.back().part = 1;
   }
   return placed;
 }
@@ -177,7 +184,9 @@ std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, V
   const Body& body = *placed.body;
   const Vector3d own = vec(body.center) + placed.pose.orientation.conjugate() * (x - placed.pose.position);
   if (body.kind == BodyScene::Kind::mesh) {
-    const std::optional<double> distance = field_distance(body.field, own, normal, slope);
+    std::optional<double> distance =
+        field_distance(body.parts[static_cast<std::size_t>(placed.part)], own, normal, slope);
+    if (!distance && placed.part == 0) distance = field_distance(body.field, own, normal, slope);
     normal = placed.pose.orientation * normal;
     return distance;
   }
@@ -187,12 +196,27 @@ std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, V
   return distance;
 }
 
-std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, double thickness, const Vector3d& x) {
+double Clearance::kept_from(const PlacedBody& body) const {
+  if (thickness == 0) return 0;  // of liquid
+  // The body stands where it is at the end of the step: where the node lies relative to its start is that far on.
+  Vector3d normal;
+  const std::optional<double> before = distance_to(body, start + dt * body.velocity_at(start), normal);
+  return before ? std::min(thickness, *before + release) : thickness;
+}
+
+Clearance clearance_of(const ReferenceState& state, Index n, double dt) {
+  const ClothMaterial& m = state.model.material_of_node(n);
+  return {m.thickness, m.release * dt, dt, vec(state.s.node_position[n])};
+}
+
+std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, const Clearance& clearance,
+                                  const Vector3d& x) {
   Vector3d n, m;
   const std::optional<double> to_one = distance_to(one, x, n), to_other = distance_to(other, x, m);
-  if (!to_one || !to_other || *to_one + *to_other >= 2 * thickness || n.dot(m) > 0.9) return std::nullopt;
+  if (!to_one || !to_other || n.dot(m) > 0.9) return std::nullopt;
+  if (*to_one + *to_other >= clearance.kept_from(one) + clearance.kept_from(other)) return std::nullopt;
   if (n.dot(m) >= 0) {  // Is it the mouth of a gap? A little further in they face each other then.
-    const Vector3d further = x - 1.5 * thickness * (n + m).normalized();
+    const Vector3d further = x - 1.5 * clearance.thickness * (n + m).normalized();
     Vector3d inner_n, inner_m;
     distance_to(one, further, inner_n);
     distance_to(other, further, inner_m);
@@ -203,25 +227,15 @@ std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other
 
 double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody& body, const Clearance& clearance,
                         const Vector3d& x) {
-  const double thickness = clearance.thickness;
-  double kept = clearance.kept;
-  if (thickness == 0) return kept;  // of liquid
-  for (const PlacedBody& other : bodies)
-    if (&other != &body) kept = std::min(kept, gap_between(body, other, thickness, x).value_or(2 * thickness) / 2);
-  return kept;
-}
-
-Clearance clearance_of(const ReferenceState& state, const std::vector<PlacedBody>& bodies, Index n, double dt) {
-  const ClothMaterial& m = state.model.material_of_node(n);
-  const Vector3d x = vec(state.s.node_position[n]);
-  double kept = m.thickness;
-  for (const PlacedBody& body : bodies) {
-    // The body stands where it is at the end of the step: where the node lies relative to its start is that far on.
-    Vector3d normal;
-    const std::optional<double> distance = distance_to(body, x + dt * body.velocity_at(x), normal);
-    if (distance) kept = std::min(kept, *distance + m.release * dt);
+  const double own = clearance.kept_from(body);
+  double kept = own;
+  if (clearance.thickness == 0) return kept;  // of liquid
+  for (const PlacedBody& other : bodies) {
+    if (&other == &body) continue;
+    if (const std::optional<double> gap = gap_between(body, other, clearance, x))
+      kept = std::min(kept, (*gap + own - clearance.kept_from(other)) / 2);
   }
-  return {m.thickness, kept};
+  return kept;
 }
 
 std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, const Clearance& clearance, Vector3d& x) {
@@ -230,7 +244,7 @@ std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, cons
     Vector3d normal;
     double slope;
     std::optional<double> distance = distance_to(body, x, normal, slope);
-    if (!distance || *distance >= clearance.kept) continue;
+    if (!distance || *distance >= clearance.kept_from(body)) continue;
     const double kept = distance_to_keep(bodies, body, clearance, x);
     if (*distance >= kept) continue;
     contacts.push_back({normal, body.velocity_at(x)});

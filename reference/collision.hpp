@@ -45,14 +45,15 @@ std::optional<Hit> first_hit(const MovingTriangle& triangle, const Eigen::Vector
 /// A body where it is at the end of the step.
 struct PlacedBody {
   const Body* body;
+  Index index;
   Pose pose;
   std::shared_ptr<const DeformedSurface> surface = {};  // of one that changes its shape
-
-  /// Of its surface at x, m/s.
+  int part = 0;                                         // of Body::parts, as if each were a body of its own
   Eigen::Vector3d velocity_at(const Eigen::Vector3d& x) const {
     return surface ? surface->velocity(x) : pose.velocity_at(x);
   }
 };
+/// All bodies, and then the second parts of meshes.
 std::vector<PlacedBody> placed_bodies(const ReferenceState& state, const StepInfo& info);
 
 /// Distance of x to a body, and its normal; none for a mesh that is not closed.
@@ -69,15 +70,18 @@ struct BodyContact {
   }
 };
 
-/// The gap (m) between two bodies that face each other at x, if it leaves cloth less than its thickness on both sides.
-std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, double thickness,
-                                  const Eigen::Vector3d& x);
-/// How far a node stays from bodies, m: its thickness, or less where it has begun the step inside of one.
+/// How far a node stays from bodies: its thickness, or less from one that it has begun the step inside of.
 struct Clearance {
-  double thickness = 0, kept = 0;
+  double thickness = 0, release = 0, dt = 0;  // m, m, s
+  Eigen::Vector3d start{0, 0, 0};             // m
+  /// From one of the bodies, m.
+  double kept_from(const PlacedBody& body) const;
 };
-Clearance clearance_of(const ReferenceState& state, const std::vector<PlacedBody>& bodies, Index n, double dt);
-/// The distance (m) that cloth at x keeps from a body: its clearance, or half of such a gap.
+Clearance clearance_of(const ReferenceState& state, Index n, double dt);
+/// The gap (m) between two bodies that face each other at x, if it leaves cloth no room on both sides.
+std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, const Clearance& clearance,
+                                  const Eigen::Vector3d& x);
+/// The distance (m) that cloth at x keeps from a body: what it keeps from that alone, or its share of such a gap.
 double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody& body, const Clearance& clearance,
                         const Eigen::Vector3d& x);
 /// Moves x out of the bodies, in their order, to that distance where it is closer. Returns the contacts with those

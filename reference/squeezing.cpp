@@ -61,7 +61,7 @@ class Squeezing {
     for (const PlacedBody& body : problem_.bodies) {
       Vector3d normal;
       const std::optional<double> distance = distance_to(body, problem_.start[n], normal);
-      const double range = problem_.clearance[n].kept + 0.01 * problem_.material(n).thickness;
+      const double range = problem_.clearance[n].kept_from(body) + 0.01 * problem_.material(n).thickness;
       if (problem_.is_free(n) && distance && *distance < range) return normal;
     }
     return Vector3d::Zero();

@@ -41,9 +41,9 @@ class WetAdhesion {
 
   void run() {
     const std::vector<PlacedBody> bodies = placed_bodies(state_, info_);
-    std::vector<Six> impulse(bodies.size(), Six::Zero());
+    std::vector<Six> impulse(state_.model.bodies.size(), Six::Zero());
     for (Index p = 0; p < state_.model.samples.count(); ++p)
-      for (std::size_t b = 0; b < bodies.size(); ++b) stick_to(bodies[b], p, impulse[b]);
+      for (const PlacedBody& body : bodies) stick_to(bodies, body, p, impulse[body.index]);
     for (Index b = 0; b < state_.s.body_count(); ++b) push_body(state_, b, impulse[b]);
     refresh_body_samples(state_);
     for (Index n = 0; n < mesh_.nodes(); ++n) {
@@ -82,13 +82,21 @@ class WetAdhesion {
 
   // 1.
   /// `impulse`: what the body gets.
-  void stick_to(const PlacedBody& body, Index p, Six& impulse) {
+  void stick_to(const std::vector<PlacedBody>& bodies, const PlacedBody& body, Index p, Six& impulse) {
     const SampleSet& samples = state_.model.samples;
     const Vector3d x = sample_position(state_, p);
     const Vector3d ahead = body.body->moves() ? Vector3d(x + dt_ * body.velocity_at(x)) : x;
     Vector3d normal;
     const std::optional<double> distance = distance_to(body, ahead, normal);
     if (!distance) return;
+    // Of parts of one mesh that do not face each other the nearest one acts.
+    for (const PlacedBody& other : bodies) {
+      if (other.index != body.index || &other == &body) continue;
+      Vector3d other_normal;
+      const std::optional<double> apart = distance_to(other, ahead, other_normal);
+      const bool nearer = apart && (*apart < *distance || (*apart == *distance && &other < &body));
+      if (nearer && other_normal.dot(normal) > 0) return;
+    }
     const auto node = [&](int k) { return sample_node(state_, p, k); };
     double work = 0;
     for (int k = 0; k < 3; ++k) work += samples.weight[p][k] * stickiness(node(k));

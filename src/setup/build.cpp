@@ -22,6 +22,7 @@
 #include "setup/distance_field.hpp"
 #include "setup/emitters.hpp"
 #include "setup/fabric_pairs.hpp"
+#include "setup/facing_parts.hpp"
 #include "setup/file_place.hpp"
 #include "setup/fluid_sampling.hpp"
 #include "setup/memory_estimate.hpp"
@@ -134,6 +135,19 @@ void lay_fields(Setup& setup) {
     }
     if (const std::string line = coarse_field(body.field, m.spacing); !line.empty())
       setup.warnings.push_back(fmt::format("{}: {}", body_label(body.name, b), line));
+  }
+}
+
+/// Distances to meshes with an inside; where cloth moves, also between parts of a mesh.
+void fill_fields(Model& m) {
+  double thickness = 0;  // m: of the thickest cloth that moves
+  m.for_materials([&](const ClothMaterial& c) {
+    if (c.dynamics) thickness = std::max(thickness, c.thickness);
+  });
+  for (Body& body : m.bodies) {
+    if (!(body.field.spacing > 0)) continue;
+    fill_field(body, body.field, host_threads());
+    if (m.has_moving_cloth() && !body.deforms()) find_facing_parts(body, thickness, host_threads());
   }
 }
 
@@ -423,8 +437,7 @@ void fill(Setup& setup, SetupLines& lines, const MemoryBudget& budget) {
     lines.hints.push_back(hint);
   }
   refuse_too_large(expected_size(m, files), budget);
-  for (Body& body : m.bodies)
-    if (body.field.spacing > 0) fill_field(body, body.field, host_threads());
+  fill_fields(m);
   if (m.has_fluid() || m.has_porous()) build_samples(m);
   if (m.has_fluid() && !m.scene.through_cloth) find_boundary_edges(m);
   if (m.has_diffusion()) build_fabric_pairs(m);

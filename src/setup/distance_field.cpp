@@ -27,35 +27,23 @@ struct Lattice {
 
 using Triangles = std::vector<std::array<Index, 3>>;
 
-/// Without those that lie within the solid: where parts of a mesh overlap or touch, the depth below the surface of them
-/// all counts.
-Triangles outer_triangles(const Body& body, const WindingNumber& winding) {
-  Eigen::AlignedBox3d bounds;
-  for (const Vec3& x : body.mesh_points) bounds.extend(to_eigen(x));
-  const double before = 1e-7 * bounds.sizes().maxCoeff();  // m: how far in front of a triangle to look
-  constexpr double low = 0.05, high = 0.9;
-  constexpr double looked_at[4][3] = {
-      {1.0 / 3, 1.0 / 3, 1.0 / 3}, {high, low, low}, {low, high, low}, {low, low, high}};
+/// Without the hidden ones: where parts of a mesh overlap or touch, the depth below the surface of them all counts.
+Triangles outer_triangles(const Body& body, const WindingNumber& winding, int threads = 1) {
+  const std::vector<std::uint8_t> hidden = hidden_triangles(body, winding, threads);
   Triangles outer;
-  for (const auto& t : body.mesh_triangles) {
-    const auto point = [&](std::size_t c) { return to_eigen(body.mesh_points[static_cast<std::size_t>(t[c])]); };
-    const Eigen::Vector3d front = before * (point(1) - point(0)).cross(point(2) - point(0)).normalized();
-    bool within = true;
-    for (const auto& w : looked_at)
-      within = within && winding.around(to_vec3(w[0] * point(0) + w[1] * point(1) + w[2] * point(2) + front)) >= 1;
-    if (!within) outer.push_back(t);
-  }
+  for (std::size_t t = 0; t < hidden.size(); ++t)
+    if (hidden[t] == 0) outer.push_back(body.mesh_triangles[t]);
   return outer.empty() ? body.mesh_triangles : outer;
 }
 
 /// Distances of the lattice's points to a body's surface.
 class FieldFilling {
  public:
-  FieldFilling(const Body& body, DistanceField& field)
+  FieldFilling(const Body& body, DistanceField& field, int threads)
       : field_(field),
         at_{field.points},
         winding_(body.mesh_points, body.mesh_triangles),
-        tree_(body.mesh_points, outer_triangles(body, winding_)) {}
+        tree_(body.mesh_points, outer_triangles(body, winding_, threads)) {}
 
   /// Rows of points that are always exact: along x with j, k multiples of `coarse`.
   void fill_coarse_row(Index j, Index k) {
@@ -183,6 +171,26 @@ void share_out(Index count, int threads, const F& f) {
 
 }  // namespace
 
+std::vector<std::uint8_t> hidden_triangles(const Body& body, const WindingNumber& winding, int threads) {
+  Eigen::AlignedBox3d bounds;
+  for (const Vec3& x : body.mesh_points) bounds.extend(to_eigen(x));
+  const double before = 1e-7 * bounds.sizes().maxCoeff();  // m: how far in front of a triangle to look
+  constexpr double low = 0.05, high = 0.9;
+  constexpr double looked_at[4][3] = {
+      {1.0 / 3, 1.0 / 3, 1.0 / 3}, {high, low, low}, {low, high, low}, {low, low, high}};
+  std::vector<std::uint8_t> hidden(body.mesh_triangles.size());
+  for_ranges(hidden.size(), threads, [&](std::size_t k) {
+    const auto& t = body.mesh_triangles[k];
+    const auto point = [&](std::size_t c) { return to_eigen(body.mesh_points[static_cast<std::size_t>(t[c])]); };
+    const Eigen::Vector3d front = before * (point(1) - point(0)).cross(point(2) - point(0)).normalized();
+    bool within = true;
+    for (const auto& w : looked_at)
+      within = within && winding.around(to_vec3(w[0] * point(0) + w[1] * point(1) + w[2] * point(2) + front)) >= 1;
+    hidden[k] = within ? 1 : 0;
+  });
+  return hidden;
+}
+
 DistanceField lay_field(const Body& body, double spacing, double margin) {
   Eigen::AlignedBox3d bounds;
   for (const Vec3& x : body.mesh_points) bounds.extend(to_eigen(x));
@@ -221,7 +229,7 @@ std::string coarse_field(const DistanceField& field, double spacing) {
 void fill_field(const Body& body, DistanceField& field, int threads) {
   const auto [nx, ny, nz] = field.points;
   field.value.assign(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz), 0.0);
-  FieldFilling filling(body, field);
+  FieldFilling filling(body, field, threads);
   const Index coarse_rows = (ny - 1) / coarse + 1;
   share_out((nz - 1) / coarse + 1, threads, [&, rows = coarse_rows](Index k) {
     for (Index j = 0; j < rows; ++j) filling.fill_coarse_row(coarse * j, coarse * k);

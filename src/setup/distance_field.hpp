@@ -1,9 +1,12 @@
 #pragma once
 // Signed distance fields of closed meshes, computed at set-up.
 
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "setup/surface_distance.hpp"
 #include "state/model.hpp"
 
 namespace drench {
@@ -19,6 +22,9 @@ DistanceField lay_field(const Vec3& min, const Vec3& max, double spacing, double
 
 /// What a lattice that is coarser than half of `spacing` means, for a warning; "" for others.
 std::string coarse_field(const DistanceField& field, double spacing);
+
+/// Of each triangle of the body's mesh: 1 if it lies within the solid, where parts of the mesh overlap.
+std::vector<std::uint8_t> hidden_triangles(const Body& body, const WindingNumber& winding, int threads = 1);
 
 /// The signed distance (m) to the body's mesh, exact to its triangles.
 std::function<double(const Vec3&)> exact_distance(const Body& body);

@@ -33,6 +33,7 @@ struct SetupSize {
   double dynamic_samples = 0;  // of the boundary: those of dynamic bodies
   Scene scene;                 // for the keys of a stage that no count here tells of
   double field = 0;            // lattice points of the meshes' distance fields
+  double part_field = 0;       // the same of their second parts
   // of bodies that change their shape: points of their lattices, of a mesh and of all files, triangles, and pairs of a
   // triangle with a block of a lattice that it is near
   double deforming_field = 0, deforming_points = 0, deforming_files = 0, deforming_triangles = 0, deforming_pairs = 0;

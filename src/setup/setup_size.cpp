@@ -127,8 +127,10 @@ std::vector<Vec3> sample_places(const Model& m, const HostState& s) {
 SetupSize kinds_of(const Model& m) {
   SetupSize size;
   size.scene = m.scene;
-  for (const Body& b : m.bodies)
+  for (const Body& b : m.bodies) {
     size.field += static_cast<double>(b.field.points[0]) * b.field.points[1] * b.field.points[2];
+    size.part_field += static_cast<double>(b.parts[1].value.size());  // not known before the set-up
+  }
   for (const Body& b : m.bodies) {
     if (!b.deforms()) continue;
     const auto points = static_cast<double>(b.mesh_points.size());

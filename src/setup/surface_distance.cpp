@@ -60,6 +60,7 @@ TriangleTree::TriangleTree(const std::vector<Vec3>& points, const std::vector<st
   std::vector<Corners> sorted;
   for (const Index t : order) sorted.push_back(triangles_[at(t)]);
   triangles_ = std::move(sorted);
+  number_ = std::move(order);
 }
 
 void TriangleTree::set_box(Node& node, int child, const std::vector<Index>& order, std::size_t begin,

@@ -17,6 +17,8 @@ class TriangleTree {
   /// The square of the distance from x to the nearest triangle, m². `near`: a triangle that may be the nearest, and the
   /// search is short if it is; becomes one that is.
   double squared_distance(const Eigen::Vector3d& x, Index& near) const;
+  /// Which of the triangles that the tree was made of `near` is.
+  Index number_of(Index near) const { return number_[static_cast<std::size_t>(near)]; }
 
   /// Triangles that may be the nearest of a point in a small box, for many such points.
   struct Candidates {
@@ -47,6 +49,7 @@ class TriangleTree {
   void set_box(Node& node, int child, const std::vector<Index>& order, std::size_t begin, std::size_t end) const;
 
   std::vector<Corners> triangles_;
+  std::vector<Index> number_;
   std::vector<Node> nodes_;
   Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
   float rounding_ = 0;  // m: of a place

@@ -10,12 +10,14 @@
 
 namespace drench {
 
-/// Signed distance (m, negative inside) to a closed mesh at t = 0 on a lattice, x fastest; empty for all other bodies.
+/// Signed distance (m, negative inside) to a closed mesh or a part of it at t = 0 on a lattice, x fastest; empty for
+/// all other bodies.
 struct DistanceField {
   Vec3 origin{0, 0, 0};  // m: the first lattice point
   double spacing = 0;    // m
   std::array<Index, 3> points{0, 0, 0};
-  std::vector<double> value;  // m
+  std::vector<double> value;               // m
+  static constexpr double nowhere = 1e30;  // m: where a part of a mesh has no distance of its own (Body::parts)
   bool empty() const { return value.empty(); }
 };
 
@@ -83,10 +85,14 @@ struct Body {
   std::vector<Vec3> mesh_points;  // m, at t = 0, for the picture; empty but for meshes
   std::vector<std::array<Index, 3>> mesh_triangles;
   DistanceField field;  // of a closed mesh
-  Deformation shape;    // of one that changes its shape, whose pose stands still; else empty
+  // where two parts of its surface face each other closely: the distances to each of them with the rest, on points of
+  // the same lattice; `nowhere` where both are those of `field` (setup/facing_parts.hpp)
+  std::array<DistanceField, 2> parts;
+  Deformation shape;  // of one that changes its shape, whose pose stands still; else empty
 
   bool spins() const { return commanded || !spin_rate.is_zero() || !turns.empty(); }
   bool deforms() const { return !shape.empty(); }
+  bool has_parts() const { return !parts[0].empty(); }
   /// Is what liquid and cloth do to it measured?
   bool is_measured() const { return dynamic || commanded || probed; }
   bool moves() const { return dynamic || deforms() || spins() || !velocity.is_zero() || !path.is_zero(); }

@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "ball_on_sheet.hpp"
+#include "paths.hpp"
 #include "pipeline/pipeline.hpp"
 #include "precision.hpp"
 #include "stage_compare.hpp"
+#include "two_legs.hpp"
 
 namespace drench::test {
 namespace {
@@ -47,6 +50,33 @@ TEST(body_reaction, a_box_on_cloth_is_turned) {
       with(scene_of({.density = 300, .top = exact}), "sphere: {center: [0.011, 0.056, 0.023], radius: 0.05,",
            "box: {min: [-0.03, 0.006, -0.02], max: [0.09, 0.046, 0.05],");
   compare_stage({.stage = Stage::cloth, .scene = scene, .steps_before = 10, .changes = "body_angular_velocity"});
+}
+
+TEST(body_reaction, of_a_mesh_with_two_parts_agrees_with_the_reference) {
+  // Its second part is the third solid, after a plane.
+  const std::string path = own_file("drench_legs.obj").string();
+  std::ofstream(path) << two_legs(0.0015);
+  const std::string scene = R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-1, -1, -1], max: [3, 2, 1]}
+fluid: {spacing: 0.02, sources: [{block: {min: [2, -0.99, 0], max: [2.04, -0.95, 0.04], velocity: [0, -20, 0]}}]}
+cloth:
+  - mesh: {grid: {size: [0.1, 0.1], nodes: [7, 7]}}
+    thickness: 0.002
+    place: {rotate: {axis: [0, 0, 1], degrees: 90}, position: [0.0002, -0.045, 0]}
+    pin: [{box: {min: [-1, -1, -0.06], max: [1, 1, -0.04]}}]
+    porous: {adhesion: 0.5}
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 0.9}]
+bodies:
+  - plane: {point: [0, -0.5, 0], normal: [0, 1, 0]}
+  - mesh: {file: )" + path + R"(, density: 300, dynamic: true}
+cloth_solver: {tolerance: 1.0e-4}
+)";
+  ASSERT_TRUE(setup_from(scene).model.bodies.back().has_parts());
+  for (const Stage stage : {Stage::cloth, Stage::wet_adhesion}) {
+    SCOPED_TRACE(static_cast<int>(stage));
+    compare_stage({.stage = stage, .scene = scene, .steps_before = 1, .changes = "body_velocity"});
+  }
 }
 
 TEST(body_reaction, keeps_the_momentum_of_cloth_and_body) {

@@ -3,14 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "cloth/solver.hpp"
 #include "drench/prescribed.hpp"
+#include "paths.hpp"
 #include "pipeline/pipeline.hpp"
 #include "pipeline/runtime.hpp"
 #include "precision.hpp"
 #include "sheet_inside_a_sphere.hpp"
 #include "stage_compare.hpp"
+#include "two_legs.hpp"
 
 namespace drench::test {
 namespace {
@@ -85,6 +88,26 @@ cloth_solver: )" +
          solver + '\n';
 }
 
+/// A thick sheet between the two legs of one mesh, which leave it no room or overlap there.
+std::string between_legs(double gap, const std::string& solver) {
+  const std::string path = own_file("drench_legs.obj").string();
+  std::ofstream(path) << two_legs(gap);
+  return R"(drench: 1
+time: {step: 0.002, end: 1}
+cloth:
+  - mesh: {grid: {size: [0.1, 0.1], nodes: [11, 11]}}
+    thickness: 0.004
+    friction: 0.1
+    place: {rotate: {axis: [0, 0, 1], degrees: 90}, position: [0.0004, -0.045, 0]}
+    pin: [{box: {min: [-0.06, -1, -0.06], max: [0.06, 1, -0.04]}}]
+bodies:
+  - mesh: {file: )" +
+         path +
+         R"(, velocity: [0.02, 0.05, 0]}
+cloth_solver: )" +
+         solver + '\n';
+}
+
 /// Some nodes stick and some slip.
 void pull_out(const Model& m, HostState& s) {
   for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
@@ -104,6 +127,15 @@ TEST(cloth, squeezed_between_balls_agrees_with_the_reference) {
   for (const char* solver : {"{method: pd}", "{method: xpbd, max_iterations: 100}"})
     compare_stage(
         {.stage = Stage::cloth, .scene = between_balls(solver), .prepare = pull_out, .changes = "node_friction_force"});
+}
+
+TEST(cloth, squeezed_between_parts_of_a_mesh_agrees_with_the_reference) {
+  for (const double gap : {0.005, 0.0005, -0.001}) {
+    // After more iterations rounding decides which nodes touch at the mouth of the gap.
+    const std::string scene = between_legs(gap, "{method: pd, max_iterations: 10}");
+    ASSERT_TRUE(setup_from(scene).model.bodies.back().has_parts());
+    compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = pull_out, .changes = "node_friction_force"});
+  }
 }
 
 namespace {

@@ -24,6 +24,7 @@ struct MovingSurface {
 
 /// A solid as plain numbers, where it is at the end of the step (place_solids).
 struct Solid {
+  Index body;  // whose surface or part of a surface it is
   int kind;    // 0 box, 1 sphere, 2 plane, 3 mesh
   int inside;  // container
   int moves;
@@ -81,8 +82,8 @@ struct Bodies {
   void download_poses(const Constants& constants, HostState& s) const;
 
   Index count = 0;
-  Field<Solid> solids;
-  Field<Real> distance_fields;  // the meshes', one after the other, m
+  Field<Solid> solids;          // one a body, then those of meshes' second parts (Body::parts)
+  Field<Real> distance_fields;  // the meshes', then those of the second parts, m
   // poses: on the device only if a body moves, else kept for the download
   Field<RigidBody> constant;
   std::vector<RigidBody> constant_on_host;

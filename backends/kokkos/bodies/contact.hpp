@@ -76,6 +76,7 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vec
   const Vector3<T> gradient{of_x[0] + w[2] * (of_x[1] - of_x[0]), of_y[0] + w[2] * (of_y[1] - of_y[0]), of_z};
   const T length = norm(gradient);
   if (!(length > 0)) return {phi, {0, 1, 0}};
+  if (!(length < T(1e15))) return {far_away, {0, 0, 0}};  // next to points without a distance (Body::parts)
   return {phi, (1 / length) * gradient, larger(inverse * length, T(0.5))};
 }
 
@@ -177,75 +178,121 @@ KOKKOS_INLINE_FUNCTION Vector3<T> to_distance(const Solid& solid, const Real3& x
   return shift;
 }
 
-/// Do two solids squeeze the point x + shift, which is at the distances a and b from them? They do where they face each
-/// other and leave the cloth no room for its thickness on both sides, and at the mouth of such a gap.
+/// How far a node of the cloth has to stay from solids: its thickness, or less from one that it has begun the step
+/// inside of (kept_from).
+struct Clearance {
+  Real thickness;  // m
+  Real least;      // m: the least of all solids (Nodes::clearance)
+  Real release;    // m: how far it comes out of a solid in the step at most
+  Real dt;         // s
+};
+
+/// The distance (m) that a node, which begins the step at x, keeps from one of the solids. Solids are at the end of the
+/// step: the node's place relative to where they were is that far ahead.
+KOKKOS_FUNCTION DRENCH_SELDOM inline Real kept_from_inside(const Solid& solid, const Real3& x,
+                                                           const Clearance& clearance) {
+  const Real before = solid_distance(solid, x, clearance.dt * surface_velocity(solid, x, Real3{})).phi;
+  return smaller(clearance.thickness, before + clearance.release);
+}
+KOKKOS_INLINE_FUNCTION Real kept_from(const Solid& solid, const Real3& x, const Clearance& clearance) {
+  if (!(clearance.least < clearance.thickness)) return clearance.thickness;
+  return kept_from_inside(solid, x, clearance);
+}
+/// Clearance::least of a node that begins the step at x.
+template <class Solids>
+KOKKOS_INLINE_FUNCTION Real least_kept(const Solids& solids, const Real3& x, const Clearance& clearance) {
+  Real least = clearance.thickness;
+  for (std::size_t b = 0; b < solids.extent(0); ++b)
+    least = smaller(least, kept_from_inside(solids(static_cast<std::int64_t>(b)), x, clearance));
+  return least;
+}
+
+/// A solid next to a point: how far it is, and how far the cloth keeps from it alone, m.
 template <class T>
-KOKKOS_INLINE_FUNCTION bool squeezed(const Solid& one, const SolidDistance<T>& a, const Solid& other,
-                                     const SolidDistance<T>& b, const Real3& x, const Vector3<T>& shift,
-                                     Real thickness) {
-  constexpr T alike = T(0.9), opposed = T(-0.5), depth = T(1.5);  // cosines; of the thickness
-  if (!(a.phi + b.phi < 2 * thickness)) return false;
-  const T cosine = dot(a.normal, b.normal);
-  if (cosine < 0 || cosine > alike) return cosine < 0;
-  const Vector3<T> out = a.normal + b.normal, inside = shift - (depth * thickness / norm(out)) * out;
+struct NearSolid {
+  SolidDistance<T> at;
+  Real kept;
+};
+template <class T>
+KOKKOS_INLINE_FUNCTION NearSolid<T> near_solid(const Solid& solid, const Real3& x, const Vector3<T>& shift,
+                                               const Clearance& clearance) {
+  return {solid_distance(solid, x, shift), kept_from(solid, x, clearance)};
+}
+
+constexpr Real same_direction = Real(0.9);  // cosine: of surfaces that do not squeeze
+/// Are they parts of one mesh that have nearly the same surface there? Then the nearer one alone counts.
+template <class T>
+KOKKOS_INLINE_FUNCTION bool alike(const Solid& one, const Vector3<T>& normal, const Solid& other,
+                                  const Vector3<T>& other_normal) {
+  return one.body == other.body && dot(normal, other_normal) > T(same_direction);
+}
+
+/// Do two solids squeeze the point x + shift? They do where they face each other and leave the cloth no room on both
+/// sides, and at the mouth of such a gap.
+template <class T>
+KOKKOS_INLINE_FUNCTION bool squeezed(const Solid& one, const NearSolid<T>& a, const Solid& other, const NearSolid<T>& b,
+                                     const Real3& x, const Vector3<T>& shift, Real thickness) {
+  constexpr T opposed = T(-0.5), depth = T(1.5);  // a cosine; of the thickness
+  if (!(a.at.phi + b.at.phi < a.kept + b.kept)) return false;
+  const T cosine = dot(a.at.normal, b.at.normal);
+  if (cosine < 0 || cosine > T(same_direction)) return cosine < 0;
+  const Vector3<T> out = a.at.normal + b.at.normal, inside = shift - (depth * thickness / norm(out)) * out;
   return dot(solid_distance(one, x, inside).normal, solid_distance(other, x, inside).normal) < opposed;
 }
 
-/// The surface halfway between two solids that squeeze a node: its unit normal, away from the first, and how far the
-/// node is beyond it along that normal (m).
+/// The surface halfway between what two solids that squeeze a node keep free: its unit normal, away from the first, and
+/// how far the node is beyond it along that normal (m).
 template <class T>
 struct Halfway {
   Vector3<T> normal;
   T beyond;
 
-  KOKKOS_INLINE_FUNCTION Halfway(const SolidDistance<T>& one, const SolidDistance<T>& other) {
-    const Vector3<T> gradient = one.slope * one.normal - other.slope * other.normal;
+  KOKKOS_INLINE_FUNCTION Halfway(const NearSolid<T>& one, const NearSolid<T>& other) {
+    const Vector3<T> gradient = one.at.slope * one.at.normal - other.at.slope * other.at.normal;
     const T inverse = 1 / norm(gradient);
     normal = inverse * gradient;
-    beyond = inverse * (one.phi - other.phi);
+    beyond = inverse * ((one.at.phi - other.at.phi) - (one.kept - other.kept));
   }
 };
 
-/// How far a node of the cloth has to stay from solids, m: its thickness, or less where it has begun the step inside of
-/// one.
-struct Clearance {
-  Real thickness, kept;
-};
-/// The clearance of a node that begins the step at x (m) and comes out of solids by `release` (m) at most in the step.
-template <class Solids>
-KOKKOS_INLINE_FUNCTION Real clearance_at_start(const Solids& solids, const Real3& x, Real thickness, Real release,
-                                               Real dt) {
-  Real kept = thickness;
-  for (std::size_t b = 0; b < solids.extent(0); ++b) {
-    const Solid& solid = solids(static_cast<std::int64_t>(b));
-    // Solids are at the end of the step: the node's place relative to where they were is that far ahead.
-    const Real before = solid_distance(solid, x, dt * surface_velocity(solid, x, Real3{})).phi;
-    kept = smaller(kept, before + release);
-  }
-  return kept;
-}
-
-/// The distance (m) that a point keeps from solid b beside others, which it is at `d` from (distance_to_keep).
+/// The distance (m) that a point keeps from solid b beside others (distance_to_keep).
 template <class T, class Solids>
 KOKKOS_FUNCTION DRENCH_SELDOM T distance_to_keep_of_several(const Solids& solids, std::size_t b,
-                                                            const SolidDistance<T>& d, const Real3& x,
+                                                            const NearSolid<T>& own, const Real3& x,
                                                             const Vector3<T>& shift, const Clearance& clearance) {
-  T kept = clearance.kept;
+  T kept = own.kept;
   for (std::size_t a = 0; a < solids.extent(0); ++a) {
     if (a == b) continue;
-    const Solid &one = solids(static_cast<std::int64_t>(a)), &own = solids(static_cast<std::int64_t>(b));
-    const SolidDistance<T> other = solid_distance(one, x, shift);
-    if (squeezed(one, other, own, d, x, shift, clearance.thickness)) kept = smaller(kept, T(0.5) * (other.phi + d.phi));
+    const Solid &one = solids(static_cast<std::int64_t>(a)), &solid = solids(static_cast<std::int64_t>(b));
+    const SolidDistance<T> d = solid_distance(one, x, shift);
+    if (!(d.phi + own.at.phi < own.kept + clearance.thickness)) continue;
+    const NearSolid<T> other{d, kept_from(one, x, clearance)};
+    if (squeezed(one, other, solid, own, x, shift, clearance.thickness))
+      kept = smaller(kept, T(0.5) * ((other.at.phi + own.at.phi) + (own.kept - other.kept)));
   }
   return kept;
 }
-/// The distance (m) that a point keeps from solid b, which it is at `d` from: its clearance, or half of the gap where
+/// The distance (m) that a point keeps from solid b: what it keeps from that alone, or its share of the gap where
 /// another solid faces b too closely (docs/theory/cloth.md, section 11).
 template <class T, class Solids>
-KOKKOS_INLINE_FUNCTION T distance_to_keep(const Solids& solids, std::size_t b, const SolidDistance<T>& d,
-                                          const Real3& x, const Vector3<T>& shift, const Clearance& clearance) {
-  if (solids.extent(0) == 1) return clearance.kept;
-  return distance_to_keep_of_several(solids, b, d, x, shift, clearance);
+KOKKOS_INLINE_FUNCTION T distance_to_keep(const Solids& solids, std::size_t b, const NearSolid<T>& own, const Real3& x,
+                                          const Vector3<T>& shift, const Clearance& clearance) {
+  if (solids.extent(0) == 1) return own.kept;
+  return distance_to_keep_of_several(solids, b, own, x, shift, clearance);
+}
+
+/// Does solid b, at the distance `own` from x + shift, act on cloth there by wet adhesion? Of parts of one mesh that do
+/// not face each other the nearest one does.
+template <class Solids>
+KOKKOS_INLINE_FUNCTION bool sticks_by_itself(const Solids& solids, std::size_t b, const SolidDistance<>& own,
+                                             const Real3& x, const Real3& shift) {
+  for (std::size_t a = 0; a < solids.extent(0); ++a) {
+    if (a == b || solids(a).body != solids(b).body) continue;
+    const SolidDistance<> other = solid_distance(solids(a), x, shift);
+    const bool nearer = other.phi < own.phi || (other.phi == own.phi && a < b);
+    if (nearer && dot(other.normal, own.normal) > 0) return false;
+  }
+  return true;
 }
 
 /// Moves x + shift out of all solids, in their order, to the distance that it keeps from them; returns the new shift.
@@ -253,10 +300,13 @@ template <class T, class Solids>
 KOKKOS_INLINE_FUNCTION Vector3<T> project_out(const Solids& solids, const Real3& x, Vector3<T> shift,
                                               const Clearance& clearance) {
   for (std::size_t b = 0; b < solids.extent(0); ++b) {
-    const SolidDistance<T> d = solid_distance(solids(static_cast<std::int64_t>(b)), x, shift);
-    if (!(d.phi < clearance.kept)) continue;
-    const T kept = distance_to_keep(solids, b, d, x, shift, clearance);
-    if (d.phi < kept) shift = to_distance(solids(static_cast<std::int64_t>(b)), x, shift, d, kept);
+    const Solid& solid = solids(static_cast<std::int64_t>(b));
+    const SolidDistance<T> d = solid_distance(solid, x, shift);
+    if (!(d.phi < clearance.thickness)) continue;
+    const NearSolid<T> own{d, kept_from(solid, x, clearance)};
+    if (!(d.phi < own.kept)) continue;
+    const T kept = distance_to_keep(solids, b, own, x, shift, clearance);
+    if (d.phi < kept) shift = to_distance(solid, x, shift, d, kept);
   }
   return shift;
 }

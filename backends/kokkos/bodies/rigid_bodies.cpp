@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "base/eigen_vec.hpp"
@@ -18,8 +19,9 @@ namespace {
 
 Double3 inverse(const Vec3& a) { return a[0] > 0 ? Double3{1 / a[0], 1 / a[1], 1 / a[2]} : Double3{}; }
 
-Solid solid_of(const Body& b) {
+Solid solid_of(const Body& b, std::size_t index, const DistanceField& field) {
   Solid s{};
+  s.body = static_cast<Index>(index);
   s.kind = static_cast<int>(b.kind);
   s.inside = b.inside ? 1 : 0;
   s.min = to_real(b.box.min);
@@ -30,26 +32,48 @@ Solid solid_of(const Body& b) {
   s.radius = Real(b.radius);
   s.moves = b.moves() ? 1 : 0;
   s.rest_normal = s.normal;
-  for (std::size_t a = 0; a < 3; ++a) s.field_points[a] = b.field.points[a];
-  s.field_spacing = Real(b.field.spacing);
+  for (std::size_t a = 0; a < 3; ++a) s.field_points[a] = field.points[a];
+  s.field_spacing = Real(field.spacing);
   s.field_origin =
-      to_real({b.field.origin[0] - b.center[0], b.field.origin[1] - b.center[1], b.field.origin[2] - b.center[2]});
+      to_real({field.origin[0] - b.center[0], field.origin[1] - b.center[1], field.origin[2] - b.center[2]});
   return s;
+}
+
+/// Body::parts[0] where it differs from the distance to the whole mesh, which `values` has.
+void put_first_part(const Body& body, double* values) {
+  if (!body.has_parts()) return;
+  const DistanceField &part = body.parts[0], &field = body.field;
+  std::array<std::size_t, 3> offset{};
+  for (std::size_t a = 0; a < 3; ++a)
+    offset[a] = static_cast<std::size_t>(std::lround((part.origin[a] - field.origin[a]) / field.spacing));
+  const auto size = [](const DistanceField& f, std::size_t axis) { return static_cast<std::size_t>(f.points[axis]); };
+  std::size_t p = 0;
+  for (std::size_t k = 0; k < size(part, 2); ++k)
+    for (std::size_t j = 0; j < size(part, 1); ++j)
+      for (std::size_t i = 0; i < size(part, 0); ++i, ++p)
+        if (part.value[p] != DistanceField::nowhere)
+          values[((k + offset[2]) * size(field, 1) + j + offset[1]) * size(field, 0) + i + offset[0]] = part.value[p];
 }
 
 void make_solids(const Model& m, Bodies& bodies) {
   std::vector<double> values;
-  for (const Body& b : m.bodies)
-    if (!b.deforms()) values.insert(values.end(), b.field.value.begin(), b.field.value.end());
-  if (!values.empty()) bodies.distance_fields = to_device<Real>("drench::distance_fields", values);
   std::vector<Solid> list;
-  std::size_t first = 0;
-  for (const Body& b : m.bodies) {
-    list.push_back(solid_of(b));
-    if (b.field.empty() || b.deforms()) continue;
-    list.back().field = bodies.distance_fields.data() + first;
-    first += b.field.value.size();
+  std::vector<std::size_t> first;  // of a solid's values; none: at their end
+  const auto add = [&](std::size_t b, const DistanceField& field) {
+    list.push_back(solid_of(m.bodies[b], b, field));
+    first.push_back(values.size());
+    if (!m.bodies[b].deforms()) values.insert(values.end(), field.value.begin(), field.value.end());
+  };
+  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
+    add(b, m.bodies[b].field);
+    put_first_part(m.bodies[b], values.data() + first.back());
   }
+  for (std::size_t b = 0; b < m.bodies.size(); ++b)
+    if (m.bodies[b].has_parts()) add(b, m.bodies[b].parts[1]);
+  if (!values.empty()) bodies.distance_fields = to_device<Real>("drench::distance_fields", values);
+  first.push_back(values.size());
+  for (std::size_t s = 0; s < list.size(); ++s)
+    if (first[s] < first[s + 1]) list[s].field = bodies.distance_fields.data() + first[s];
   bodies.solids = to_device<Solid>("drench::solids", list);
 }
 
@@ -172,7 +196,7 @@ MemoryEstimate body_bytes(const Sizing& m) {
   if (m.size.dynamic_samples > 0) sample += 3 * r;  // dynamic.predicted
   MemoryEstimate sum;
   sum += deforming_bytes(m);
-  sum.bodies += m.size.boundary * sample + m.size.field * r;
+  sum.bodies += m.size.boundary * sample + (m.size.field + m.size.part_field) * r;
   // sample, owner; position, force, row_load and row_arm, viscous_bound
   sum.bodies += m.size.dynamic_samples * (2 * index_bytes + 9 * r);
   sum.cells = cell_table_bytes(m.size.boundary, m.size.boundary_cells, m);
@@ -213,11 +237,11 @@ void place_solids(const Constants& constants, Bodies& bodies, const StepInfo& in
   const Entries<Solid> solids = bodies.solids;
   const double dt = info.dt;
   parallel(
-      "drench::bodies::solids", bodies.count, KOKKOS_LAMBDA(const Index b) {
-        const RigidBody& body = constant(b);
+      "drench::bodies::solids", static_cast<Index>(bodies.solids.extent(0)), KOKKOS_LAMBDA(const Index k) {
+        Solid s = solids(k);
+        const RigidBody& body = constant(s.body);
         if (!body.moves) return;
-        const RigidState end = moved(state(b), dt);
-        Solid s = solids(b);
+        const RigidState end = moved(state(s.body), dt);
         s.center = narrow(end.position);
         s.point = s.center;
         s.half = narrow(body.half);
@@ -227,7 +251,7 @@ void place_solids(const Constants& constants, Bodies& bodies, const StepInfo& in
         s.axis[1] = narrow(rotate(end.orientation, {0, 1, 0}));
         s.axis[2] = narrow(rotate(end.orientation, {0, 0, 1}));
         s.normal = to_world(s, s.rest_normal);
-        solids(b) = s;
+        solids(k) = s;
       });
   place_surfaces(bodies, info);
 }

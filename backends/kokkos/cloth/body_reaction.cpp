@@ -37,9 +37,11 @@ struct NodePushes {
       push(solid, n, (norm(force) / c.press) * friction);
     });
   }
-  KOKKOS_INLINE_FUNCTION void push(std::size_t b, Index n, const Real3& force) const {
+  KOKKOS_INLINE_FUNCTION void push(std::size_t solid, Index n, const Real3& force) const {
+    const Solid& s = system.solids(solid);
+    const auto b = static_cast<std::size_t>(s.body);
     if (!pushes.takes(b)) return;
-    const Real3 arm = (system.start(n) - system.solids(b).center) + shift(n);
+    const Real3 arm = (system.start(n) - s.center) + shift(n);
     pushes.add(b, widen(arm), times(double(system.dt), widen(force)));
   }
 };
@@ -66,8 +68,9 @@ struct LastPushes {
     std::size_t touched = solids.extent(0);
     for (std::size_t b = 0; b < solids.extent(0); ++b)
       if (solid_distance(solids(b), position(n), Real3{}).phi < 2 * material(n).thickness) touched = b;
-    if (touched < solids.extent(0) && pushes.takes(touched))
-      pushes.add(touched, widen(position(n) - solids(touched).center), times(-dt, widen(force)));
+    if (touched == solids.extent(0)) return;
+    const auto b = static_cast<std::size_t>(solids(touched).body);
+    if (pushes.takes(b)) pushes.add(b, widen(position(n) - solids(touched).center), times(-dt, widen(force)));
   }
 };
 

@@ -13,7 +13,8 @@ void set_clearance(const Bodies& bodies, Cloth& cloth, Real dt) {
   const Entries<Real> clearance = cloth.nodes.clearance;
   parallel(
       "drench::cloth::clearance", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        clearance(n) = clearance_at_start(solids, position(n), materials(n).thickness, materials(n).release * dt, dt);
+        const Real thickness = materials(n).thickness;
+        clearance(n) = least_kept(solids, position(n), {thickness, thickness, materials(n).release * dt, dt});
       });
 }
 

@@ -52,7 +52,7 @@ struct Nodes {
   Field<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Field<Real3> force;        // f_n, N: what the stage that runs does to the node
   Field<Real> film_pull;   // (g·n)² of a film, m²/s⁴, at_hem at hems (stage porous_neighbors); empty without films
-  Field<Real> clearance;   // m, from solids (stage cloth); empty without solids
+  Field<Real> clearance;   // m: the least one from solids (stage cloth); empty without solids
   Field<Real3> predicted;  // v_n + Δt a_n, m/s, in the pressure solves
   Field<Real> row_bound;   // u_n Σ_b w_bn c_b (node_bounds_from_samples)
 };

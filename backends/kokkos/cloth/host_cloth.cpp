@@ -46,7 +46,8 @@ Entries<T> HostCloth::copy(const Field<T>& a) {
 Slice<const Solid> HostCloth::copy_solids(const Bodies& bodies) {
   const Entries<Solid> solids = copy(bodies.solids);
   const Entries<const Real> fields = copy(bodies.distance_fields);
-  for (Index b = 0; b < bodies.count; ++b) {
+  const std::size_t count = bodies.solids.extent(0);
+  for (std::size_t b = 0; b < count; ++b) {
     Solid& solid = solids(b);
     if (solid.field != nullptr) solid.field = fields.data + (solid.field - bodies.distance_fields.data());
   }
@@ -56,7 +57,7 @@ Slice<const Solid> HostCloth::copy_solids(const Bodies& bodies) {
     solid.surface = {copy(body->nearest).data, copy(body->corner).data, copy(body->position).data,
                      copy(body->velocity).data};
   }
-  return {solids.data, solids.exist() ? at(bodies.count) : 0};
+  return {solids.data, count};
 }
 
 void HostCloth::write_displacement(ClothSolverWork& solver) const {

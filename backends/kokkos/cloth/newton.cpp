@@ -95,19 +95,21 @@ bool NewtonCloth::is_away(Index n, const Double3& shift) const {
 
 /// The solid that squeezes a node together with solid b, where the node touches both: on the other side of the
 /// narrowest gap; -1 if there is none.
-std::int64_t NewtonCloth::opposite(const ClothSystem& s, std::size_t b, const SolidDistance<double>& at_b,
+std::int64_t NewtonCloth::opposite(const ClothSystem& s, std::size_t b, const NearSolid<double>& own,
                                    const NodeTerms& t, const Double3& shift) {
   std::int64_t found = -1;
-  double least = 2 * double(ClothSystem::contact_range(t)) - at_b.phi;
+  double least = 1e300;
   for (std::size_t a = 0; a < s.solids.extent(0); ++a) {
     if (a == b) continue;
     const auto k = static_cast<std::int64_t>(a);
     const SolidDistance<double> d = solid_distance(s.solids(k), t.start, shift);
-    if (d.phi >= least) continue;
-    if (!squeezed(s.solids(k), d, s.solids(static_cast<std::int64_t>(b)), at_b, t.start, shift, t.clearance.thickness))
+    if (!(d.phi < least) || !(d.phi + own.at.phi < own.kept + t.clearance.thickness)) continue;
+    const NearSolid<double> other{d, kept_from(s.solids(k), t.start, t.clearance)};
+    if (!squeezed(s.solids(k), other, s.solids(static_cast<std::int64_t>(b)), own, t.start, shift,
+                  t.clearance.thickness))
       continue;
     found = k;
-    least = d.phi;
+    least = other.at.phi;
   }
   return found;
 }
@@ -120,7 +122,8 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
   near.contact = {};
   if (is_away(n, shift)) return;
   const NodeTerms t = s.terms(n);
-  SolidDistance<double> last{};
+  SolidDistance<double> first{};
+  double phi[NodeNearby::most];
   double nearest = 1e300, farthest = 0;  // of the solids
   double narrowest = 1e300;              // of the gaps that squeeze the node
   const double thickness = double(t.clearance.thickness), reach = thickness + std::max(thickness, 0.2 * mean_edge_);
@@ -128,18 +131,19 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     const Solid& solid = s.solids(static_cast<std::int64_t>(b));
     const SolidDistance<double> d = solid_distance(solid, t.start, shift);
     nearest = std::min(nearest, d.phi);
-    farthest = std::max(farthest, d.phi);
+    if (solid.body == static_cast<Index>(b))
+      farthest = std::max(farthest, d.phi);  // second parts are beside first ones
     if (!(d.phi < reach)) continue;
-    last = d;
-    const std::int64_t other = opposite(s, b, d, t, shift);
-    if (other >= 0) {
-      const SolidDistance<double> at_other = solid_distance(s.solids(other), t.start, shift);
-      if (d.phi + at_other.phi >= narrowest) continue;
-      narrowest = d.phi + at_other.phi;
+    const NearSolid<double> own{d, kept_from(solid, t.start, t.clearance)};
+    const std::int64_t opposite_one = opposite(s, b, own, t, shift);
+    if (opposite_one >= 0) {
+      const NearSolid<double> other = near_solid(s.solids(opposite_one), t.start, shift, t.clearance);
+      if (d.phi + other.at.phi >= narrowest) continue;
+      narrowest = d.phi + other.at.phi;
       near.pinched = true;
       near.solid[0] = static_cast<std::int64_t>(b);
-      near.solid[1] = other;
-      const Halfway<double> halfway(d, at_other);
+      near.solid[1] = opposite_one;
+      const Halfway<double> halfway(own, other);
       near.normal[0] = halfway.normal;
       near.gap[0] = halfway.beyond;
       near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
@@ -147,13 +151,18 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
       continue;
     }
     if (near.pinched) continue;
-    near.solid[near.count] = static_cast<std::int64_t>(b);
-    near.normal[near.count] = d.normal;
+    int k = 0;
+    while (k < near.count && !alike(s.solids(near.solid[k]), near.normal[k], solid, d.normal)) ++k;
+    if (k < near.count && !(d.phi < phi[k])) continue;
+    near.count = std::max(near.count, k + 1);
+    phi[k] = d.phi;
+    near.solid[k] = static_cast<std::int64_t>(b);
+    near.normal[k] = d.normal;
     // Within the width of contact, so that a dynamic body that ends the step a little nearer than was tried pushes
     // nothing.
-    near.gap[near.count] = (d.phi - double(t.clearance.kept) - margin_ * thickness) / d.slope;
+    near.gap[k] = (d.phi - double(own.kept) - margin_ * thickness) / d.slope;
     near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
-    ++near.count;
+    if (k == 0) first = d;
   }
   if (near.count == 0) {
     // Out of a mesh's lattice nothing is known.
@@ -165,7 +174,7 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
   for (int k = 0; k < near.count; ++k) gap = std::min(gap, near.gap[k]);
   if (!(gap < 0.021 * thickness)) return;
   if (near.count == 1 && !near.pinched)
-    near.contact = s.contact_with(static_cast<std::size_t>(near.solid[0]), last, t, shift, near.left);
+    near.contact = s.contact_with(static_cast<std::size_t>(near.solid[0]), first, t, shift, near.left);
   else
     near.contact = s.contact(t, shift, near.left, t.compression);
   if (near.contact.touches) near.moved = near.contact.moved;
@@ -261,10 +270,10 @@ Double3 NewtonCloth::within_plane(const ClothSystem& s, Index n, const Iterate& 
   if (touching_[at(n)] == 0) return by;
   const NodeNearby& near = from.near[at(n)];
   const auto distance = [&](int k) {
-    return solid_distance(s.solids(near.solid[k]), s.start(n), from.shift[at(n)] + by);
+    return near_solid(s.solids(near.solid[k]), s.start(n), from.shift[at(n)] + by, s.clearance(n));
   };
   const auto turns = [&](int k) {
-    const Double3 normal = near.pinched ? Halfway<double>(distance(0), distance(1)).normal : distance(k).normal;
+    const Double3 normal = near.pinched ? Halfway<double>(distance(0), distance(1)).normal : distance(k).at.normal;
     return dot(normal, near.normal[k]) < least_cosine;
   };
   for (int shortened = 0; shortened < most_shortened; ++shortened) {

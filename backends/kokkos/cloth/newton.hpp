@@ -73,8 +73,8 @@ class NewtonCloth {
   double goal_of(const ClothSystem& s, double tolerance);
   void measure(const ClothSystem& s, Iterate& at);
   void see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual, NodeNearby& near);
-  static std::int64_t opposite(const ClothSystem& s, std::size_t b, const SolidDistance<double>& at_b,
-                               const NodeTerms& t, const Double3& shift);
+  static std::int64_t opposite(const ClothSystem& s, std::size_t b, const NearSolid<double>& own, const NodeTerms& t,
+                               const Double3& shift);
   bool is_away(Index n, const Double3& shift) const;
   void start(const ClothSystem& s, const Entries<const Real3>& displacement);
   void iterate(const ClothSystem& s, bool first);

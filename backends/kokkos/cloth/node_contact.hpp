@@ -47,30 +47,39 @@ struct TouchedSolids {
   static constexpr int most = 4;
   int count = 0;
   std::size_t solid[most];
-  SolidDistance<T> at[most];
+  NearSolid<T> near[most];
   T held[most];
   int first = -1, second = -1;  // the two that squeeze the node most
   Vector3<T> halfway;           // normal of the surface between them, away from the first
   T across = 0;                 // what presses the node from the first (or, if negative, from the second)
 
-  KOKKOS_INLINE_FUNCTION void add(std::size_t b, const SolidDistance<T>& distance) {
+  KOKKOS_INLINE_FUNCTION void add(const Slice<const Solid>& solids, std::size_t b, const NearSolid<T>& own) {
+    for (int k = 0; k < count; ++k) {
+      if (!alike(solids(solid[k]), normal(k), solids(b), own.at.normal)) continue;
+      if (!(own.at.phi < phi(k))) return;
+      solid[k] = b;
+      near[k] = own;
+      return;
+    }
     solid[count] = b;
-    at[count] = distance;
+    near[count] = own;
     held[count++] = 0;
   }
   /// Solids j and k squeeze the node.
   KOKKOS_INLINE_FUNCTION void add_pair(int j, int k) {
-    if (first >= 0 && !(at[j].phi + at[k].phi < at[first].phi + at[second].phi)) return;
+    if (first >= 0 && !(phi(j) + phi(k) < phi(first) + phi(second))) return;
     first = j;
     second = k;
   }
+  KOKKOS_INLINE_FUNCTION T phi(int k) const { return near[k].at.phi; }
+  KOKKOS_INLINE_FUNCTION const Vector3<T>& normal(int k) const { return near[k].at.normal; }
   /// Is it one of these two?
   KOKKOS_INLINE_FUNCTION bool holds_halfway(int k) const { return k == first || k == second; }
   /// Takes from `push` what presses into the solids: all of it across the surface halfway between two that squeeze the
   /// node, and of the others the least that leaves none of it in any of them, by projected Gauss-Seidel.
   KOKKOS_INLINE_FUNCTION void take(Vector3<T>& push) {
     constexpr int sweeps = 50;
-    if (first >= 0) halfway = Halfway<T>(at[first], at[second]).normal;
+    if (first >= 0) halfway = Halfway<T>(near[first], near[second]).normal;
     const T enough = T(1e-7) * norm(push);
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       T most_change = 0;
@@ -82,9 +91,9 @@ struct TouchedSolids {
       }
       for (int k = 0; k < count; ++k) {
         if (holds_halfway(k)) continue;
-        const T change = larger(-held[k], -dot(push, at[k].normal));
+        const T change = larger(-held[k], -dot(push, normal(k)));
         held[k] += change;
-        push += change * at[k].normal;
+        push += change * normal(k);
         most_change = larger(most_change, Kokkos::abs(change));
       }
       if (count == 1 || !(most_change > enough)) return;

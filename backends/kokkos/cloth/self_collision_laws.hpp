@@ -73,7 +73,7 @@ struct Collision {
 
   KOKKOS_INLINE_FUNCTION Clearance clearance(Index n) const {
     const Real thickness = materials(n).thickness;
-    return {thickness, kept.exist() ? kept(n) : thickness};
+    return {thickness, kept.exist() ? kept(n) : thickness, materials(n).release * dt, dt};
   }
   KOKKOS_INLINE_FUNCTION Double3 velocity_of(Index n) const {
     const NodeVelocity v = velocity(n);

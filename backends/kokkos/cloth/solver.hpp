@@ -227,7 +227,7 @@ struct ClothSystem {
     DRENCH_ROLLED
     for (std::size_t b = 0; b < solids.extent(0) && count < 2; ++b) {
       const SolidDistance<T> own = solid_distance(solids(b), t.start, shift);
-      if (!(own.phi < contact_range(t))) continue;
+      if (!in_contact(solids(b), own, t)) continue;
       solid = b;
       at = own;
       ++count;
@@ -238,12 +238,12 @@ struct ClothSystem {
     each(solid, -c.press * at.normal);
     return c;
   }
-  /// The same of a node that one solid is next to, `at` that distance; if it is within contact_range.
+  /// The same of a node that one solid is next to, `at` that distance; if it is in contact.
   template <class T>
   KOKKOS_INLINE_FUNCTION NodeContact<T> contact_with(std::size_t solid, const SolidDistance<T>& at, const NodeTerms& t,
                                                      const Vector3<T>& shift, Vector3<T>& push) const {
     NodeContact<T> c;
-    if (!(at.phi < contact_range(t))) return c;
+    if (!in_contact(solids(solid), at, t)) return c;
     c.touches = true;
     c.press = larger(T(0), -dot(push, at.normal));
     c.normal = at.normal;
@@ -251,9 +251,12 @@ struct ClothSystem {
     push += c.press * at.normal;
     return c;
   }
-  /// Solids that a node is so near to (m) hold it.
-  KOKKOS_INLINE_FUNCTION static Real contact_range(const NodeTerms& t) {
-    return t.clearance.kept + Real(0.01) * t.clearance.thickness;
+  /// Solids within that distance (m) of the one that a node keeps from them hold it.
+  KOKKOS_INLINE_FUNCTION static Real contact_range(const NodeTerms& t) { return Real(0.01) * t.clearance.thickness; }
+  template <class T>
+  KOKKOS_INLINE_FUNCTION static bool in_contact(const Solid& solid, const SolidDistance<T>& at, const NodeTerms& t) {
+    const Real range = contact_range(t);
+    return at.phi < t.clearance.thickness + range && at.phi < kept_from(solid, t.start, t.clearance) + range;
   }
   template <class T, class Each>
   KOKKOS_FUNCTION DRENCH_SELDOM NodeContact<T> contact_with_several(const NodeTerms& t, const Vector3<T>& shift,
@@ -264,17 +267,20 @@ struct ClothSystem {
     const Real thickness = t.clearance.thickness;
     for (std::size_t b = 0; b < solids.extent(0) && touched.count < touched.most; ++b) {
       const SolidDistance<T> at = solid_distance(solids(b), t.start, shift);
-      if (at.phi < contact_range(t)) touched.add(b, at);
+      if (!(at.phi < thickness + contact_range(t))) continue;
+      const Real kept = kept_from(solids(b), t.start, t.clearance);
+      if (at.phi < kept + contact_range(t)) touched.add(solids, b, {at, kept});
     }
     T squeeze = 0;  // of all pairs on each of their two solids
     const T rigid = t.rigid_share;
     for (int k = 1; k < touched.count; ++k)
       for (int j = 0; j < k; ++j) {
-        const SolidDistance<T>&one = touched.at[j], &other = touched.at[k];
-        if (!squeezed(solids(touched.solid[j]), one, solids(touched.solid[k]), other, t.start, shift, thickness))
+        if (!squeezed(solids(touched.solid[j]), touched.near[j], solids(touched.solid[k]), touched.near[k], t.start,
+                      shift, thickness))
           continue;
         touched.add_pair(j, k);
-        const T room = larger((one.phi + other.phi) / (2 * thickness), rigid + T(0.01));  // of the cloth's own
+        const T gap = touched.phi(j) + touched.phi(k);
+        const T room = larger(gap / (2 * thickness), rigid + T(0.01));  // of the cloth's own
         squeeze += compression * (1 - room) / (room - rigid);
       }
     touched.take(push);
@@ -293,13 +299,13 @@ struct ClothSystem {
     }
     for (int k = 0; k < touched.count; ++k) {
       if (touched.holds_halfway(k)) continue;
-      press(k, touched.held[k], touched.at[k].normal);
+      press(k, touched.held[k], touched.normal(k));
       if (!(touched.held[k] > 0)) continue;
       c.moved += (touched.held[k] / c.press) * (moved(k) - c.moved);  // the mean so far, by what presses
-      c.add_plane(touched.at[k].normal);
+      c.add_plane(touched.normal(k));
     }
     if (!(c.press > 0) && touched.first < 0) {
-      c.normal = touched.at[0].normal;
+      c.normal = touched.normal(0);
       c.moved = moved(0);
     }
     return c;
@@ -370,7 +376,7 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION Real strain_damping_rate(Index n) const { return materials(n).strain_damping * inverse_dt; }
   KOKKOS_INLINE_FUNCTION Clearance clearance(Index n) const {
     const Real thickness = materials(n).thickness;
-    return {thickness, kept.exist() ? kept(n) : thickness};
+    return {thickness, kept.exist() ? kept(n) : thickness, materials(n).release * dt, dt};
   }
 };
 #ifndef DRENCH_CHECK_BOUNDS

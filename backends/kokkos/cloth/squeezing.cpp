@@ -59,11 +59,11 @@ struct Squeezing {
     const auto at_rest = [](Index) { return Real3{}; };
     const Real mass = inverse_mass(n) > 0 ? 1 / inverse_mass(n) : cloth.mass(n);  // without a soft pin's share
     pull(n) = smooth(n) = widen(cloth.elastic_force(n, at_rest) + mass * gravity + soft.force(n, cloth.start(n)));
-    const Real range = ClothSystem::contact_range(cloth.terms(n));
+    const NodeTerms t = cloth.terms(n);
     Double3 normal;
     for (std::size_t b = 0; b < cloth.solids.extent(0) && !cloth.pinned(n); ++b) {
       const SolidDistance<Real> at = solid_distance(cloth.solids(b), cloth.start(n), Real3{});
-      if (!(at.phi < range)) continue;
+      if (!ClothSystem::in_contact(cloth.solids(b), at, t)) continue;
       normal = widen(at.normal);
       break;
     }

@@ -137,9 +137,12 @@ struct Sticking {
     for (std::size_t b = 0; b < solids.extent(0); ++b) {
       const Real3 shift = Real(dt) * surface_velocity(solids(b), sample(p), Real3{});
       const SolidDistance at = solid_distance(solids(b), sample(p), shift);
-      const Real3 own = Real(pull(work, double(at.phi)) * double(sample_area(p))) * at.normal;
+      const double traction = pull(work, double(at.phi));
+      if (!(traction > 0) || !sticks_by_itself(solids, b, at, sample(p), shift)) continue;
+      const Real3 own = Real(traction * double(sample_area(p))) * at.normal;
       force -= own;
-      if (pushes.takes(b)) pushes.add(b, widen((sample(p) - solids(b).center) + shift), times(dt, widen(own)));
+      const auto body = static_cast<std::size_t>(solids(b).body);
+      if (pushes.takes(body)) pushes.add(body, widen((sample(p) - solids(b).center) + shift), times(dt, widen(own)));
     }
     return force;
   }

@@ -83,9 +83,10 @@ void relax(const char* label, Index count, const Field<Real3>& multiplier, Field
 KOKKOS_INLINE_FUNCTION Real3 held_out(const Slice<const Solid>& solids, const Real3& x, const Real3& anchor, Real3 free,
                                       const Clearance& clearance) {
   for (std::size_t b = 0; b < solids.extent(0); ++b) {
-    const SolidDistance d = solid_distance(solids(b), x, anchor);
+    const NearSolid<Real> own = near_solid(solids(b), x, anchor, clearance);
+    const SolidDistance<>& d = own.at;
     if (!(d.phi < far_away)) continue;
-    const Real kept = d.phi < clearance.kept ? distance_to_keep(solids, b, d, x, anchor, clearance) : clearance.kept;
+    const Real kept = d.phi < own.kept ? distance_to_keep(solids, b, own, x, anchor, clearance) : own.kept;
     const Real depth = kept - d.phi - dot(d.normal, free - anchor);
     if (depth > 0) free += depth * d.normal;
   }

@@ -207,8 +207,9 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
           if (!(body.phi < 0)) continue;
           const Real3 before = v;
           v = without_inward(v, body.normal, surface_velocity(solids(b), x, Real3{}));
-          if (pushes.takes_commanded(static_cast<std::size_t>(b)))
-            pushes.add(static_cast<std::size_t>(b), widen(x - solids(b).center),
+          const auto body_pushed = static_cast<std::size_t>(solids(b).body);
+          if (pushes.takes_commanded(body_pushed))
+            pushes.add(body_pushed, widen(x - solids(b).center),
                        times(quantum * static_cast<double>(mass(i)), widen(before - v)));
           x += to_distance(solids(b), x, Real3{}, body, 0);
           put_back = true;

@@ -76,19 +76,23 @@ struct MoveCloth {
       position(n) = pins.position(n);
       return position(n) - x;
     }
-    const Clearance clearance{materials(n).thickness, kept.exist() ? kept(n) : materials(n).thickness};
+    const Real thickness = materials(n).thickness;
+    const Clearance clearance{thickness, kept.exist() ? kept(n) : thickness, materials(n).release * dt, dt};
     Real3 v = velocity(n), shift = dt * v;
     const std::size_t bodies = materials(n).self_collision ? 0 : solids.extent(0);
     for (std::size_t b = 0; b < bodies; ++b) {
-      const SolidDistance contact = solid_distance(solids(static_cast<std::int64_t>(b)), x, shift);
-      if (!(contact.phi < clearance.kept)) continue;
-      const Real distance = distance_to_keep(solids, b, contact, x, shift, clearance);
+      const Solid& solid = solids(static_cast<std::int64_t>(b));
+      const SolidDistance contact = solid_distance(solid, x, shift);
+      if (!(contact.phi < thickness)) continue;
+      const NearSolid<Real> own{contact, kept_from(solid, x, clearance)};
+      if (!(contact.phi < own.kept)) continue;
+      const Real distance = distance_to_keep(solids, b, own, x, shift, clearance);
       if (!(contact.phi < distance)) continue;
-      v = without_inward(v, contact.normal, surface_velocity(solids(static_cast<std::int64_t>(b)), x, shift));
-      shift = to_distance(solids(static_cast<std::int64_t>(b)), x, shift, contact, distance);
+      v = without_inward(v, contact.normal, surface_velocity(solid, x, shift));
+      shift = to_distance(solid, x, shift, contact, distance);
     }
     position(n) = x + shift;
-    if (clearance.kept < Real(0.999) * clearance.thickness)
+    if (clearance.least < Real(0.999) * thickness)
       v = at_rest_outwards(v, x, shift, clearance, (dt * inverse_mass(n)) * contact_force(n));
     velocity(n) = v;
     return shift;
@@ -99,8 +103,9 @@ struct MoveCloth {
                                                 const Real3& pushed) const {
     for (std::size_t b = 0; b < solids.extent(0); ++b) {
       const Solid& solid = solids(static_cast<std::int64_t>(b));
-      const SolidDistance<> d = solid_distance(solid, x, shift);
-      const Real distance = distance_to_keep(solids, b, d, x, shift, clearance);
+      const NearSolid<Real> own = near_solid(solid, x, shift, clearance);
+      const SolidDistance<>& d = own.at;
+      const Real distance = distance_to_keep(solids, b, own, x, shift, clearance);
       if (!(d.phi < distance + touching * clearance.thickness)) continue;
       const Real before = solid_distance(solid, x, dt * surface_velocity(solid, x, Real3{})).phi;
       const Real outward = dot(v - surface_velocity(solid, x, shift), d.normal);

@@ -1,0 +1,357 @@
+#include "setup/facing_parts.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <queue>
+#include <tuple>
+
+#include "base/eigen_vec.hpp"
+#include "base/for_ranges.hpp"
+#include "setup/distance_field.hpp"
+#include "setup/surface_distance.hpp"
+
+namespace drench {
+namespace {
+
+using Eigen::Vector3d;
+using Triangles = std::vector<std::array<Index, 3>>;
+
+enum class Part : std::uint8_t { none, first, second };
+
+/// Two classes of triangles by constraints: which are in the same and which in different ones. A constraint that
+/// contradicts earlier ones is left out.
+class TwoClasses {
+ public:
+  explicit TwoClasses(std::size_t count) : parent_(count), differs_(count, 0) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  void constrain(std::size_t a, std::size_t b, bool differ) {
+    const auto [root_a, of_a] = root(a);
+    const auto [root_b, of_b] = root(b);
+    if (root_a == root_b) return;
+    const std::size_t low = std::min(root_a, root_b), high = std::max(root_a, root_b);
+    parent_[high] = low;
+    differs_[high] = of_a != of_b ? !differ : differ;
+  }
+  /// Is a in the other class than the first triangle that it is connected with by constraints?
+  bool differs(std::size_t a) { return root(a).second; }
+
+ private:
+  std::pair<std::size_t, bool> root(std::size_t a) {
+    bool differs = false;
+    std::size_t r = a;
+    for (; parent_[r] != r; r = parent_[r]) differs = differs != (differs_[r] != 0);
+    const bool whole = differs;
+    while (parent_[a] != r && a != r) {  // shorten the path
+      const std::size_t next = parent_[a];
+      const bool own = differs_[a] != 0;
+      parent_[a] = r;
+      differs_[a] = differs ? 1 : 0;
+      differs = differs != own;
+      a = next;
+    }
+    return {r, whole};
+  }
+
+  std::vector<std::size_t> parent_;
+  std::vector<std::uint8_t> differs_;  // from the parent
+};
+
+/// Middles and normals of a body's triangles.
+struct Surface {
+  const Body& body;
+  std::vector<Vector3d> middle, normal;
+
+  explicit Surface(const Body& b) : body(b) {
+    for (const auto& t : b.mesh_triangles) {
+      const Vector3d x = corner(t, 0), y = corner(t, 1), z = corner(t, 2);
+      middle.push_back((x + y + z) / 3);
+      normal.push_back((y - x).cross(z - x).normalized());
+    }
+  }
+  std::size_t count() const { return middle.size(); }
+  Vector3d corner(const std::array<Index, 3>& t, std::size_t k) const { return to_eigen(body.mesh_points[at(t[k])]); }
+  double distance_at(const Vector3d& x) const {
+    Vec3 unused;
+    return field_distance(body.field, to_vec3(x), unused);
+  }
+  /// May triangle t face another part of the surface within `range` (m)? By the lattice of distances, cheaply.
+  bool may_face(std::size_t t, double range) const {
+    const double cell = 0.25 * body.field.spacing;
+    return distance_at(middle[t] + 0.5 * range * normal[t]) < 0.5 * range - cell || distance_at(middle[t]) < -cell;
+  }
+};
+
+/// The triangles that have an edge in common with another one.
+class Adjacency {
+ public:
+  explicit Adjacency(const Body& body) : body_(body) {
+    for (std::size_t t = 0; t < body.mesh_triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k) edges_.emplace_back(edge(t, k), t);
+    std::ranges::sort(edges_);
+  }
+  template <class F>
+  void for_beside(std::size_t t, const F& f) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Edge own = edge(t, k);
+      for (auto it = std::ranges::lower_bound(edges_, std::pair{own, std::size_t{0}});
+           it != edges_.end() && it->first == own; ++it)
+        if (it->second != t) f(it->second);
+    }
+  }
+
+ private:
+  using Edge = std::pair<Index, Index>;  // of points
+  Edge edge(std::size_t t, std::size_t k) const {
+    const auto& corner = body_.mesh_triangles[t];
+    return std::minmax(corner[k], corner[(k + 1) % 3]);
+  }
+  const Body& body_;
+  std::vector<std::pair<Edge, std::size_t>> edges_;
+};
+
+/// The nearest triangle of `tree`, of all of them, that triangle t faces within `range` (m): front to front, or back to
+/// back where parts overlap.
+std::optional<std::size_t> faced_by(const Surface& surface, const TriangleTree& tree,
+                                    const std::vector<std::uint8_t>& hidden, std::size_t t, double range,
+                                    TriangleTree::Candidates& room) {
+  constexpr double opposed = 0.2, touching = 1e-3;  // cosine; of the range
+  const Vector3d &middle = surface.middle[t], &normal = surface.normal[t];
+  tree.find_candidates(Eigen::AlignedBox3d(middle, middle), range, room);
+  std::optional<std::size_t> found;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Index k : room.triangle) {
+    const std::size_t u = at(tree.number_of(k));
+    if (!(normal.dot(surface.normal[u]) < opposed)) continue;
+    const Vector3d apart = surface.middle[u] - middle;
+    const bool ahead = apart.dot(normal) > 0, overlap = hidden[t] != 0 || hidden[u] != 0;
+    if (ahead == overlap || ahead != (apart.dot(surface.normal[u]) < 0)) continue;  // such as two sides of a thin wall
+    if (overlap && !(-apart.dot(normal) > touching * range)) continue;              // faces that touch
+    const double distance = apart.norm();
+    if (distance > nearest || (distance == nearest && found && u > *found)) continue;
+    nearest = distance;
+    found = u;
+  }
+  return found;
+}
+
+/// The part of each triangle that faces another one within `range` (m); empty if none does.
+std::vector<Part> facing_triangles(const Surface& surface, const Adjacency& adjacency,
+                                   const std::vector<std::uint8_t>& hidden, double range, int threads) {
+  const std::size_t count = surface.count();
+  const TriangleTree tree(surface.body.mesh_points, surface.body.mesh_triangles);
+  std::vector<std::optional<std::size_t>> faced(count);
+  for_parts(count, threads, [&](std::size_t begin, std::size_t end) {
+    TriangleTree::Candidates room;
+    for (std::size_t t = begin; t < end; ++t)
+      if (surface.may_face(t, range)) faced[t] = faced_by(surface, tree, hidden, t, range, room);
+  });
+  std::vector<Part> part(count, Part::none);
+  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+  for (std::size_t t = 0; t < count; ++t) {
+    if (!faced[t]) continue;
+    pairs.emplace_back((surface.middle[*faced[t]] - surface.middle[t]).norm(), t, *faced[t]);
+    part[t] = part[*faced[t]] = Part::first;
+  }
+  if (pairs.empty()) return {};
+  std::ranges::sort(pairs);
+  TwoClasses classes(count);
+  for (const auto& [distance, t, u] : pairs) classes.constrain(t, u, true);
+  for (std::size_t t = 0; t < count; ++t)
+    if (part[t] != Part::none)
+      adjacency.for_beside(t, [&](std::size_t u) {
+        if (u < t && part[u] != Part::none) classes.constrain(u, t, false);
+      });
+  for (std::size_t t = 0; t < count; ++t)
+    if (part[t] != Part::none && classes.differs(t)) part[t] = Part::second;
+  return part;
+}
+
+/// Adds the surface next to the parts, up to `range` (m) along it, to the nearer one: where a gap ends, cloth slides
+/// around the edges of both parts.
+void widen_parts(const Surface& surface, const Adjacency& adjacency, const std::vector<std::uint8_t>& hidden,
+                 double range, std::vector<Part>& part) {
+  using Reached = std::pair<double, std::size_t>;
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
+  std::vector<double> length(part.size(), std::numeric_limits<double>::infinity());  // along the surface, m
+  for (std::size_t t = 0; t < part.size(); ++t) {
+    if (part[t] == Part::none) continue;
+    length[t] = 0;
+    next.emplace(0.0, t);
+  }
+  while (!next.empty()) {
+    const auto [so_far, t] = next.top();
+    next.pop();
+    if (so_far > length[t]) continue;
+    adjacency.for_beside(t, [&, so_far = so_far, t = t](std::size_t u) {
+      const double longer = so_far + (surface.middle[u] - surface.middle[t]).norm();
+      if (longer > range || longer >= length[u] || hidden[u] != 0) return;
+      length[u] = longer;
+      part[u] = part[t];
+      next.emplace(longer, u);
+    });
+  }
+}
+
+/// Distances to the two parts, each with what belongs to neither, at points near them.
+class PartDistances {
+ public:
+  PartDistances(const Surface& surface, const WindingNumber& winding, const std::vector<std::uint8_t>& hidden,
+                const std::vector<Part>& part)
+      : surface_(surface), winding_(winding) {
+    const auto make = [&](Part own) {
+      Tree made;
+      Triangles triangles;
+      for (std::size_t t = 0; t < part.size(); ++t) {
+        if (part[t] != own || (own == Part::none && hidden[t] != 0)) continue;
+        overlap_ = overlap_ || hidden[t] != 0;
+        made.number.push_back(t);
+        triangles.push_back(surface.body.mesh_triangles[t]);
+      }
+      made.tree.emplace(surface.body.mesh_points, triangles);
+      return made;
+    };
+    own_[0] = make(Part::first);
+    own_[1] = make(Part::second);
+    rest_ = make(Part::none);
+  }
+
+  /// Where a search for the next point of a row begins.
+  using Near = std::array<Index, 3>;
+  using Distances = std::array<double, 2>;  // m
+  /// At x, which is `phi` (m) from the whole surface; none where both are that, or farther than `band` (m) from both
+  /// parts.
+  std::optional<Distances> at_point(const Vector3d& x, double phi, double band, Near& near) const {
+    const double rounding = 8 * surface_.body.field.spacing;  // far from the surface phi is interpolated
+    if (phi > band + rounding || (!overlap_ && phi < -band - rounding)) return std::nullopt;
+    const Distances own{distance(own_[0], x, near[0]), distance(own_[1], x, near[1])};
+    if (std::min(own[0], own[1]) > band) return std::nullopt;
+    const double rest = distance(rest_, x, near[2]);
+    if (rest <= std::min(own[0], own[1])) return std::nullopt;
+    const Distances with_rest{std::min(own[0], rest), std::min(own[1], rest)};
+    const int around = phi < 0 || overlap_ ? winding_.around(to_vec3(x)) : 0;
+    if (around <= 0) return with_rest;
+    if (around > 1) return Distances{-with_rest[0], -with_rest[1]};
+    // Inside of one of the two solids, which the side of the nearest triangle tells, and in front of the other part; so
+    // also below the border between the two, where that keeps the distances without kinks.
+    const std::size_t k = own[0] < own[1] ? 0 : 1;
+    return is_behind(k, near, x) == (k == 0) ? Distances{-with_rest[0], own[1]} : Distances{own[0], -with_rest[1]};
+  }
+
+ private:
+  struct Tree {
+    std::vector<std::size_t> number;  // of the tree's triangles, in the mesh
+    std::optional<TriangleTree> tree;
+  };
+  static double distance(const Tree& t, const Vector3d& x, Index& near) {
+    return t.number.empty() ? std::numeric_limits<double>::infinity() : std::sqrt(t.tree->squared_distance(x, near));
+  }
+  /// Is x behind the triangle of a part that is nearest to it?
+  bool is_behind(std::size_t part, const Near& near, const Vector3d& x) const {
+    const std::size_t t = own_[part].number[at(own_[part].tree->number_of(near[part]))];
+    return (x - surface_.middle[t]).dot(surface_.normal[t]) < 0;
+  }
+
+  const Surface& surface_;
+  const WindingNumber& winding_;
+  bool overlap_ = false;  // of the two
+  std::array<Tree, 2> own_;
+  Tree rest_;
+};
+
+/// A box of lattice points, [first, last].
+struct LatticeBox {
+  Eigen::Array<Index, 3, 1> first, last;
+};
+
+LatticeBox around(const Eigen::AlignedBox3d& box, double margin, const DistanceField& field) {
+  LatticeBox p{};
+  for (int a = 0; a < 3; ++a) {
+    const Index last = field.points[static_cast<std::size_t>(a)] - 1;
+    const double origin = field.origin[static_cast<std::size_t>(a)];
+    const auto place = [&](double x) {
+      return static_cast<Index>(std::clamp(std::round((x - origin) / field.spacing), 0.0, double(last)));
+    };
+    p.first[a] = place(box.min()[a] - margin);
+    p.last[a] = place(box.max()[a] + margin);
+  }
+  return p;
+}
+
+}  // namespace
+
+void find_facing_parts(Body& body, double thickness, int threads) {
+  const DistanceField& field = body.field;
+  // Beyond that range the ridge between two parts is out of the cloth's reach by more than the lattice's cells.
+  const double range = 4 * (thickness + field.spacing), band = 0.5 * range + 2 * field.spacing;
+  const Surface surface(body);
+  bool any = false;
+  for (std::size_t t = 0; t < surface.count() && !any; ++t) any = surface.may_face(t, range);
+  if (!any) return;
+  const WindingNumber winding(body.mesh_points, body.mesh_triangles);
+  const std::vector<std::uint8_t> hidden = hidden_triangles(body, winding, threads);
+  const Adjacency adjacency(body);
+  std::vector<Part> part = facing_triangles(surface, adjacency, hidden, range, threads);
+  if (part.empty()) return;
+  widen_parts(surface, adjacency, hidden, range, part);
+  const PartDistances distances(surface, winding, hidden, part);
+  Eigen::AlignedBox3d bounds;
+  for (std::size_t t = 0; t < part.size(); ++t)
+    for (std::size_t k = 0; part[t] != Part::none && k < 3; ++k)
+      bounds.extend(surface.corner(body.mesh_triangles[t], k));
+  const LatticeBox box = around(bounds, band + 2 * field.spacing, field);
+  DistanceField& first = body.parts[0];
+  first.spacing = field.spacing;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<int>(a);
+    first.origin[a] = field.origin[a] + box.first[axis] * field.spacing;
+    first.points[a] = box.last[axis] - box.first[axis] + 1;
+  }
+  const auto [nx, ny, nz] = first.points;
+  const auto in_box = [nx = nx, ny = ny](Index i, Index j, Index k) {
+    return (at(k) * at(ny) + at(j)) * at(nx) + at(i);
+  };
+  const auto whole = [&](Index i, Index j, Index k) {
+    return field.value[(at(k + box.first[2]) * at(field.points[1]) + at(j + box.first[1])) * at(field.points[0]) +
+                       at(i + box.first[0])];
+  };
+  first.value.assign(at(nx) * at(ny) * at(nz), DistanceField::nowhere);
+  DistanceField& second = body.parts[1] = first;
+  std::vector<std::uint8_t> differs(first.value.size(), 0);
+  for_ranges(at(nz), threads, [&, nx = nx, ny = ny](std::size_t layer) {
+    const auto k = static_cast<Index>(layer);
+    PartDistances::Near near{};
+    for (Index j = 0; j < ny; ++j)
+      for (Index i = 0; i < nx; ++i) {
+        const Vector3d x = to_eigen(first.origin) + field.spacing * Vector3d(i, j, k);
+        const auto found = distances.at_point(x, whole(i, j, k), band, near);
+        if (!found) continue;
+        const std::size_t p = in_box(i, j, k);
+        first.value[p] = (*found)[0];
+        second.value[p] = (*found)[1];
+        differs[p] = 1;
+      }
+  });
+  // Cells with a point where the two differ need both at all their points.
+  const auto is_beside = [&, nx = nx, ny = ny, nz = nz](Index i, Index j, Index k) {
+    for (Index c = std::max(k - 1, 0); c <= std::min(k + 1, nz - 1); ++c)
+      for (Index b = std::max(j - 1, 0); b <= std::min(j + 1, ny - 1); ++b)
+        for (Index a = std::max(i - 1, 0); a <= std::min(i + 1, nx - 1); ++a)
+          if (differs[in_box(a, b, c)] != 0) return true;
+    return false;
+  };
+  for_ranges(at(nz), threads, [&, nx = nx, ny = ny](std::size_t layer) {
+    const auto k = static_cast<Index>(layer);
+    for (Index j = 0; j < ny; ++j)
+      for (Index i = 0; i < nx; ++i)
+        if (const std::size_t p = in_box(i, j, k); differs[p] == 0 && is_beside(i, j, k))
+          first.value[p] = second.value[p] = whole(i, j, k);
+  });
+}
+
+}  // namespace drench

@@ -1,0 +1,124 @@
+// Where parts of one mesh face each other, the distance to each of them.
+
+#include "setup/facing_parts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "ball_mesh.hpp"
+#include "base/eigen_vec.hpp"
+#include "mesh_folder.hpp"
+#include "setup/distance_field.hpp"
+#include "two_legs.hpp"
+
+namespace drench::testing {
+namespace {
+
+constexpr double thickness = 0.002;  // m
+
+class FacingParts : public MeshFolder {
+ protected:
+  /// The only body of a scene with that mesh and a cloth beside it.
+  Body body_beside_cloth(const std::string& obj, const std::string& dynamics = "true") const {
+    write("body.obj", obj);
+    return built(
+               "drench: 1\ntime: {step: 0.002, end: 1}\ncloth:\n"
+               "  - mesh: {grid: {size: [0.1, 0.1], nodes: [11, 11]}}\n    thickness: 0.002\n"
+               "    place: {position: [0, 0.5, 0]}\n    dynamics: " +
+               dynamics + "\nbodies:\n  - mesh: {file: body.obj}\n")
+        .model.bodies.front();
+  }
+};
+
+struct Reading {
+  double phi[2];
+  Vec3 normal[2];
+};
+Reading read(const Body& body, const Vec3& x) {
+  Reading r{};
+  r.phi[0] = field_distance(body.parts[0], x, r.normal[0]);
+  r.phi[1] = field_distance(body.parts[1], x, r.normal[1]);
+  return r;
+}
+
+}  // namespace
+
+TEST_F(FacingParts, EachLegHasItsOwnDistance) {
+  const double gap = 0.003;
+  const Body body = body_beside_cloth(test::two_legs(gap));
+  ASSERT_TRUE(body.has_parts());
+  // From inside of one leg through the gap into the other.
+  for (const double x : {-0.004, -0.001, 0.0, 0.0007, 0.004}) {
+    Reading r = read(body, {x, -0.03, 0.005});
+    if (r.normal[0][0] < 0) {
+      std::swap(r.phi[0], r.phi[1]);
+      std::swap(r.normal[0], r.normal[1]);
+    }
+    EXPECT_NEAR(r.phi[0], x + 0.5 * gap, 1e-6) << "m, from the leg at negative x, at " << x;
+    EXPECT_NEAR(r.phi[1], 0.5 * gap - x, 1e-6) << "m, from the other leg, at " << x;
+    EXPECT_NEAR(r.normal[0][0], 1, 1e-6);
+    EXPECT_NEAR(r.normal[1][0], -1, 1e-6);
+  }
+}
+
+TEST_F(FacingParts, LegsThatOverlapHaveTheirOwnDistances) {
+  const double overlap = 0.002;
+  const Body body = body_beside_cloth(test::two_legs(-overlap));
+  ASSERT_TRUE(body.has_parts());
+  for (const double x : {-0.004, -0.0005, 0.0, 0.0008, 0.004}) {
+    Reading r = read(body, {x, -0.03, 0.005});
+    if (r.normal[0][0] < 0) std::swap(r.phi[0], r.phi[1]);
+    EXPECT_NEAR(r.phi[0], x - 0.5 * overlap, 1e-6) << "m, at " << x;
+    EXPECT_NEAR(r.phi[1], -0.5 * overlap - x, 1e-6) << "m, at " << x;
+  }
+}
+
+TEST_F(FacingParts, TheNearerPartIsTheWholeSurface) {
+  const Body body = body_beside_cloth(test::two_legs(0.003));
+  const std::function<double(const Vec3&)> exact = exact_distance(body);
+  std::mt19937 random(5);
+  const auto draw = [&](double low, double high) { return low + (high - low) * double(random()) / 4294967296.0; };
+  int seen = 0;
+  double worst = 0;  // m
+  for (int k = 0; k < 20000; ++k) {
+    const Vec3 x{draw(-0.045, 0.045), draw(-0.075, 0.035), draw(-0.055, 0.055)};
+    const double distance = exact(x);
+    if (distance < 0 || distance > 0.006) continue;
+    const Reading r = read(body, x);
+    if (!(std::max(r.phi[0], r.phi[1]) < 1)) continue;  // there is only the whole distance
+    worst = std::max(worst, std::abs(std::min(r.phi[0], r.phi[1]) - distance));
+    ++seen;
+  }
+  EXPECT_GT(seen, 1000);
+  EXPECT_LT(worst, 0.5 * body.field.spacing) << "m: the lattice rounds edges";
+}
+
+TEST_F(FacingParts, OtherMeshesHaveNone) {
+  const auto text = [](const test::TestMesh& mesh, double scale) {
+    std::string obj;
+    for (const Eigen::Vector3d& x : mesh.points)
+      obj += fmt::format("v {} {} {}\n", scale * x[0], scale * x[1], scale * x[2]);
+    for (const auto& t : mesh.triangles) obj += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    return obj;
+  };
+  EXPECT_FALSE(body_beside_cloth(text(test::ball_mesh(3), 0.05)).has_parts());
+  // The two sides of a wall face away from each other.
+  EXPECT_FALSE(body_beside_cloth(text(test::box_mesh({-0.05, -0.05, -0.004}, {0.05, 0.05, 0.004}), 1)).has_parts());
+  // Far apart they face nothing but what joins them, in the notches at its ends.
+  for (const double phi : read(body_beside_cloth(test::two_legs(0.1)), {0, -0.03, 0}).phi) EXPECT_GT(phi, 1) << "m";
+  EXPECT_FALSE(body_beside_cloth(test::two_legs(0.003), "false").has_parts()) << "no cloth moves";
+}
+
+TEST_F(FacingParts, AreTheSameWithAnyNumberOfThreads) {
+  const Body body = body_beside_cloth(test::two_legs(0.003));
+  for (const int threads : {1, 3}) {
+    Body again = body;
+    again.parts = {};
+    find_facing_parts(again, thickness, threads);
+    for (const std::size_t k : {0, 1}) EXPECT_EQ(again.parts[k].value, body.parts[k].value);
+  }
+}
+
+}  // namespace drench::testing
