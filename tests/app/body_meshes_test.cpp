@@ -29,15 +29,8 @@ namespace {
 
 using Eigen::Vector3d;
 using test::box_mesh;
+using test::obj_of;
 using test::TestMesh;
-
-std::string obj_of(const TestMesh& mesh, double scale = 1) {
-  std::string text;
-  for (const Vector3d& x : mesh.points)
-    text += fmt::format("v {:.17g} {:.17g} {:.17g}\n", scale * x[0], scale * x[1], scale * x[2]);
-  for (const auto& t : mesh.triangles) text += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
-  return text;
-}
 
 SurfaceMesh surface_of(const TestMesh& mesh) {
   SurfaceMesh surface;

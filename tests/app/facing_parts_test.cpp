@@ -96,16 +96,10 @@ TEST_F(FacingParts, TheNearerPartIsTheWholeSurface) {
 }
 
 TEST_F(FacingParts, OtherMeshesHaveNone) {
-  const auto text = [](const test::TestMesh& mesh, double scale) {
-    std::string obj;
-    for (const Eigen::Vector3d& x : mesh.points)
-      obj += fmt::format("v {} {} {}\n", scale * x[0], scale * x[1], scale * x[2]);
-    for (const auto& t : mesh.triangles) obj += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
-    return obj;
-  };
-  EXPECT_FALSE(body_beside_cloth(text(test::ball_mesh(3), 0.05)).has_parts());
+  EXPECT_FALSE(body_beside_cloth(test::obj_of(test::ball_mesh(3), 0.05)).has_parts());
   // The two sides of a wall face away from each other.
-  EXPECT_FALSE(body_beside_cloth(text(test::box_mesh({-0.05, -0.05, -0.004}, {0.05, 0.05, 0.004}), 1)).has_parts());
+  EXPECT_FALSE(
+      body_beside_cloth(test::obj_of(test::box_mesh({-0.05, -0.05, -0.004}, {0.05, 0.05, 0.004}))).has_parts());
   // Far apart they face nothing but what joins them, in the notches at its ends.
   for (const double phi : read(body_beside_cloth(test::two_legs(0.1)), {0, -0.03, 0}).phi) EXPECT_GT(phi, 1) << "m";
   EXPECT_FALSE(body_beside_cloth(test::two_legs(0.003), "false").has_parts()) << "no cloth moves";

@@ -55,18 +55,24 @@ inline TestMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high
   return mesh;
 }
 
+/// The text of an OBJ file with a mesh.
+inline std::string obj_of(const TestMesh& mesh, double scale = 1) {
+  std::string text;
+  for (const Eigen::Vector3d& x : mesh.points)
+    text += fmt::format("v {:.17g} {:.17g} {:.17g}\n", scale * x[0], scale * x[1], scale * x[2]);
+  for (const auto& t : mesh.triangles) text += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  return text;
+}
+
 /// Files 0000.obj, … of a mesh, `count` of them; place(k, x) says where a point is in file k. Returns the pattern.
 inline std::string write_shapes(const std::string& name, int count, const TestMesh& mesh,
                                 const std::function<Eigen::Vector3d(int, const Eigen::Vector3d&)>& place) {
   const std::filesystem::path folder = own_file(name);
   std::filesystem::create_directories(folder);
   for (int k = 0; k < count; ++k) {
-    std::ofstream out(folder / fmt::format("{:04d}.obj", k));
-    for (const Eigen::Vector3d& at : mesh.points) {
-      const Eigen::Vector3d x = place(k, at);
-      out << fmt::format("v {:.17g} {:.17g} {:.17g}\n", x[0], x[1], x[2]);
-    }
-    for (const auto& t : mesh.triangles) out << fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    TestMesh shape = mesh;
+    for (Eigen::Vector3d& x : shape.points) x = place(k, x);
+    std::ofstream(folder / fmt::format("{:04d}.obj", k)) << obj_of(shape);
   }
   return (folder / "{:04d}.obj").string();
 }
