@@ -16,19 +16,10 @@ namespace {
 
 constexpr Index coarse = 4;  // lattice steps between points that are always exact
 
-struct Lattice {
-  const std::array<Index, 3>& points;
-  std::size_t index(Index i, Index j, Index k) const {
-    return (static_cast<std::size_t>(k) * static_cast<std::size_t>(points[1]) + static_cast<std::size_t>(j)) *
-               static_cast<std::size_t>(points[0]) +
-           static_cast<std::size_t>(i);
-  }
-};
-
 using Triangles = std::vector<std::array<Index, 3>>;
 
 /// Without the hidden ones: where parts of a mesh overlap or touch, the depth below the surface of them all counts.
-Triangles outer_triangles(const Body& body, const WindingNumber& winding, int threads = 1) {
+Triangles outer_triangles(const Body& body, const WindingNumber& winding, int threads) {
   const std::vector<std::uint8_t> hidden = hidden_triangles(body, winding, threads);
   Triangles outer;
   for (std::size_t t = 0; t < hidden.size(); ++t)
@@ -41,7 +32,6 @@ class FieldFilling {
  public:
   FieldFilling(const Body& body, DistanceField& field, int threads)
       : field_(field),
-        at_{field.points},
         winding_(body.mesh_points, body.mesh_triangles),
         tree_(body.mesh_points, outer_triangles(body, winding_, threads)) {}
 
@@ -50,7 +40,7 @@ class FieldFilling {
     const std::vector<std::int8_t> inside = inside_of_row(j, k);
     Index near = 0;
     for (Index i = 0; i < field_.points[0]; i += coarse)
-      field_.value[at_.index(i, j, k)] = exact(i, j, k, inside, near);
+      field_.value[field_.index(i, j, k)] = exact(i, j, k, inside, near);
   }
 
   /// The other points from layer `ck` on, as many layers as a coarse step has, and the last layer with those before it.
@@ -105,14 +95,14 @@ class FieldFilling {
     double nearest = 1e300;
     for (int c = 0; c < 8; ++c) {
       corner[static_cast<std::size_t>(c)] =
-          field_.value[at_.index(ci + (c & 1) * coarse, cj + (c >> 1 & 1) * coarse, ck + (c >> 2) * coarse)];
+          field_.value[field_.index(ci + (c & 1) * coarse, cj + (c >> 1 & 1) * coarse, ck + (c >> 2) * coarse)];
       nearest = std::min(nearest, std::abs(corner[static_cast<std::size_t>(c)]));
     }
     if (nearest <= (std::sqrt(3.0) * coarse + 1) * field_.spacing) return fill_near_cell(ci, cj, ck, inside, near);
     for_own_points(ci, cj, ck, [&](Index i, Index j, Index k) {
       const double u = static_cast<double>(i - ci) / coarse, v = static_cast<double>(j - cj) / coarse,
                    w = static_cast<double>(k - ck) / coarse;
-      double& value = field_.value[at_.index(i, j, k)];
+      double& value = field_.value[field_.index(i, j, k)];
       value = 0;
       for (int c = 0; c < 8; ++c)
         value += corner[static_cast<std::size_t>(c)] * (c & 1 ? u : 1 - u) * (c & 2 ? v : 1 - v) * (c & 4 ? w : 1 - w);
@@ -150,12 +140,11 @@ class FieldFilling {
           std::sqrt(tree_.squared_distance(to_eigen(place(i, j, k)), near.of_part[part], near.triangle));
       const bool is_inside =
           inside[static_cast<std::size_t>((k - ck) * field_.points[1] + j)][static_cast<std::size_t>(i)] != 0;
-      field_.value[at_.index(i, j, k)] = is_inside ? -distance : distance;
+      field_.value[field_.index(i, j, k)] = is_inside ? -distance : distance;
     });
   }
 
   DistanceField& field_;
-  Lattice at_;
   WindingNumber winding_;
   TriangleTree tree_;
 };
@@ -239,7 +228,7 @@ void fill_field(const Body& body, DistanceField& field, int threads) {
 
 std::function<double(const Vec3&)> exact_distance(const Body& body) {
   const auto winding = std::make_shared<WindingNumber>(body.mesh_points, body.mesh_triangles);
-  const auto tree = std::make_shared<TriangleTree>(body.mesh_points, outer_triangles(body, *winding));
+  const auto tree = std::make_shared<TriangleTree>(body.mesh_points, outer_triangles(body, *winding, 1));
   return [winding, tree](const Vec3& x) {
     Index near = 0;
     const double distance = std::sqrt(tree->squared_distance(to_eigen(x), near));
@@ -259,12 +248,11 @@ double field_distance(const DistanceField& field, const Vec3& x, Vec3& normal) {
     cell[a] = std::min(static_cast<Index>(where), field.points[a] - 2);
     part[a] = where - cell[a];
   }
-  const Lattice at{field.points};
   double value = 0;
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
   for (int c = 0; c < 8; ++c) {
     const int on[3] = {c & 1, c >> 1 & 1, c >> 2};
-    const double corner = field.value[at.index(cell[0] + on[0], cell[1] + on[1], cell[2] + on[2])];
+    const double corner = field.value[field.index(cell[0] + on[0], cell[1] + on[1], cell[2] + on[2])];
     Eigen::Vector3d weight;
     for (std::size_t a = 0; a < 3; ++a) weight[static_cast<int>(a)] = on[a] ? part[a] : 1 - part[a];
     value += corner * weight.prod();

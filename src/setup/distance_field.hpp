@@ -24,7 +24,7 @@ DistanceField lay_field(const Vec3& min, const Vec3& max, double spacing, double
 std::string coarse_field(const DistanceField& field, double spacing);
 
 /// Of each triangle of the body's mesh: 1 if it lies within the solid, where parts of the mesh overlap.
-std::vector<std::uint8_t> hidden_triangles(const Body& body, const WindingNumber& winding, int threads = 1);
+std::vector<std::uint8_t> hidden_triangles(const Body& body, const WindingNumber& winding, int threads);
 
 /// The signed distance (m) to the body's mesh, exact to its triangles.
 std::function<double(const Vec3&)> exact_distance(const Body& body);

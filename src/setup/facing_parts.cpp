@@ -38,31 +38,28 @@ class TwoClasses {
     parent_[high] = low;
     differs_[high] = of_a != of_b ? !differ : differ;
   }
-  /// Is a in the other class than the first triangle that it is connected with by constraints?
+  /// Is a in the other class than the first triangle of its component?
   bool differs(std::size_t a) { return root(a).second; }
 
  private:
+  /// The first triangle of a's component, and whether a is in the other class than that.
   std::pair<std::size_t, bool> root(std::size_t a) {
     bool differs = false;
-    std::size_t r = a;
-    for (; parent_[r] != r; r = parent_[r]) differs = differs != (differs_[r] != 0);
-    const bool whole = differs;
-    while (parent_[a] != r && a != r) {  // shorten the path
-      const std::size_t next = parent_[a];
-      const bool own = differs_[a] != 0;
-      parent_[a] = r;
-      differs_[a] = differs ? 1 : 0;
-      differs = differs != own;
-      a = next;
+    while (parent_[a] != a) {
+      const std::size_t parent = parent_[a];
+      parent_[a] = parent_[parent];  // halves the path
+      differs_[a] ^= differs_[parent];
+      differs = differs != (differs_[a] != 0);
+      a = parent_[a];
     }
-    return {r, whole};
+    return {a, differs};
   }
 
   std::vector<std::size_t> parent_;
-  std::vector<std::uint8_t> differs_;  // from the parent
+  std::vector<std::uint8_t> differs_;  // from the parent; 0 of a root
 };
 
-/// Middles and normals of a body's triangles.
+/// Centroids and normals of a body's triangles.
 struct Surface {
   const Body& body;
   std::vector<Vector3d> middle, normal;
@@ -87,7 +84,7 @@ struct Surface {
   }
 };
 
-/// The triangles that have an edge in common with another one.
+/// Which triangles have an edge in common.
 class Adjacency {
  public:
   explicit Adjacency(const Body& body) : body_(body) {
@@ -96,7 +93,7 @@ class Adjacency {
     std::ranges::sort(edges_);
   }
   template <class F>
-  void for_beside(std::size_t t, const F& f) const {
+  void for_neighbors(std::size_t t, const F& f) const {
     for (std::size_t k = 0; k < 3; ++k) {
       const Edge own = edge(t, k);
       for (auto it = std::ranges::lower_bound(edges_, std::pair{own, std::size_t{0}});
@@ -115,8 +112,8 @@ class Adjacency {
   std::vector<std::pair<Edge, std::size_t>> edges_;
 };
 
-/// The nearest triangle of `tree`, of all of them, that triangle t faces within `range` (m): front to front, or back to
-/// back where parts overlap.
+/// The nearest triangle that triangle t faces within `range` (m): front to front, or back to back where parts overlap.
+/// `tree`: of all triangles.
 std::optional<std::size_t> faced_by(const Surface& surface, const TriangleTree& tree,
                                     const std::vector<std::uint8_t>& hidden, std::size_t t, double range,
                                     TriangleTree::Candidates& room) {
@@ -164,7 +161,7 @@ std::vector<Part> facing_triangles(const Surface& surface, const Adjacency& adja
   for (const auto& [distance, t, u] : pairs) classes.constrain(t, u, true);
   for (std::size_t t = 0; t < count; ++t)
     if (part[t] != Part::none)
-      adjacency.for_beside(t, [&](std::size_t u) {
+      adjacency.for_neighbors(t, [&](std::size_t u) {
         if (u < t && part[u] != Part::none) classes.constrain(u, t, false);
       });
   for (std::size_t t = 0; t < count; ++t)
@@ -172,8 +169,8 @@ std::vector<Part> facing_triangles(const Surface& surface, const Adjacency& adja
   return part;
 }
 
-/// Adds the surface next to the parts, up to `range` (m) along it, to the nearer one: where a gap ends, cloth slides
-/// around the edges of both parts.
+/// Adds the surface around the parts, up to `range` (m) along it, to the nearer part: where a gap ends, cloth slides
+/// around the edges of both.
 void widen_parts(const Surface& surface, const Adjacency& adjacency, const std::vector<std::uint8_t>& hidden,
                  double range, std::vector<Part>& part) {
   using Reached = std::pair<double, std::size_t>;
@@ -188,7 +185,7 @@ void widen_parts(const Surface& surface, const Adjacency& adjacency, const std::
     const auto [so_far, t] = next.top();
     next.pop();
     if (so_far > length[t]) continue;
-    adjacency.for_beside(t, [&, so_far = so_far, t = t](std::size_t u) {
+    adjacency.for_neighbors(t, [&, so_far = so_far, t = t](std::size_t u) {
       const double longer = so_far + (surface.middle[u] - surface.middle[t]).norm();
       if (longer > range || longer >= length[u] || hidden[u] != 0) return;
       length[u] = longer;
@@ -198,7 +195,7 @@ void widen_parts(const Surface& surface, const Adjacency& adjacency, const std::
   }
 }
 
-/// Distances to the two parts, each with what belongs to neither, at points near them.
+/// Distances to the two parts, each together with the rest of the surface, at points near them.
 class PartDistances {
  public:
   PartDistances(const Surface& surface, const WindingNumber& winding, const std::vector<std::uint8_t>& hidden,
@@ -224,8 +221,8 @@ class PartDistances {
   /// Where a search for the next point of a row begins.
   using Near = std::array<Index, 3>;
   using Distances = std::array<double, 2>;  // m
-  /// At x, which is `phi` (m) from the whole surface; none where both are that, or farther than `band` (m) from both
-  /// parts.
+  /// The distances of x, whose distance to the whole surface is `phi` (m); none where both equal that, and farther than
+  /// `band` (m) from both parts.
   std::optional<Distances> at_point(const Vector3d& x, double phi, double band, Near& near) const {
     const double rounding = 8 * surface_.body.field.spacing;  // far from the surface phi is interpolated
     if (phi > band + rounding || (!overlap_ && phi < -band - rounding)) return std::nullopt;
@@ -237,8 +234,9 @@ class PartDistances {
     const int around = phi < 0 || overlap_ ? winding_.around(to_vec3(x)) : 0;
     if (around <= 0) return with_rest;
     if (around > 1) return Distances{-with_rest[0], -with_rest[1]};
-    // Inside of one of the two solids, which the side of the nearest triangle tells, and in front of the other part; so
-    // also below the border between the two, where that keeps the distances without kinks.
+    // x is inside one of the two solids and in front of the other part. The nearest triangle shows which: x is behind
+    // it or in front of it. Below the border between the parts x is behind both, and the same rule gives distances
+    // without kinks (docs/dev/contacts.md).
     const std::size_t k = own[0] < own[1] ? 0 : 1;
     return is_behind(k, near, x) == (k == 0) ? Distances{-with_rest[0], own[1]} : Distances{own[0], -with_rest[1]};
   }
@@ -259,28 +257,73 @@ class PartDistances {
 
   const Surface& surface_;
   const WindingNumber& winding_;
-  bool overlap_ = false;  // of the two
+  bool overlap_ = false;  // do the parts overlap?
   std::array<Tree, 2> own_;
   Tree rest_;
 };
 
-/// A box of lattice points, [first, last].
-struct LatticeBox {
-  Eigen::Array<Index, 3, 1> first, last;
-};
-
-LatticeBox around(const Eigen::AlignedBox3d& box, double margin, const DistanceField& field) {
-  LatticeBox p{};
-  for (int a = 0; a < 3; ++a) {
-    const Index last = field.points[static_cast<std::size_t>(a)] - 1;
-    const double origin = field.origin[static_cast<std::size_t>(a)];
-    const auto place = [&](double x) {
-      return static_cast<Index>(std::clamp(std::round((x - origin) / field.spacing), 0.0, double(last)));
+/// The part of a body's lattice that is at most `margin` (m) away from a box, without values.
+DistanceField cut_lattice(const DistanceField& field, const Eigen::AlignedBox3d& box, double margin) {
+  DistanceField cut;
+  cut.spacing = field.spacing;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto nearest_point = [&](double x) {
+      const double steps = std::round((x - field.origin[a]) / field.spacing);
+      return static_cast<Index>(std::clamp(steps, 0.0, static_cast<double>(field.points[a] - 1)));
     };
-    p.first[a] = place(box.min()[a] - margin);
-    p.last[a] = place(box.max()[a] + margin);
+    const auto axis = static_cast<int>(a);
+    const Index first = nearest_point(box.min()[axis] - margin), last = nearest_point(box.max()[axis] + margin);
+    cut.origin[a] = field.origin[a] + first * field.spacing;
+    cut.points[a] = last - first + 1;
   }
-  return p;
+  return cut;
+}
+
+/// Calls f(i, j, k, near) for all points of a lattice, layers in parallel; `near` stays that of the layer.
+template <class F>
+void for_points(const DistanceField& field, int threads, const F& f) {
+  for_ranges(at(field.points[2]), threads, [&](std::size_t layer) {
+    PartDistances::Near near{};
+    for (Index j = 0; j < field.points[1]; ++j)
+      for (Index i = 0; i < field.points[0]; ++i) f(i, j, static_cast<Index>(layer), near);
+  });
+}
+
+/// body.parts, where `distances` are: up to `band` (m) from the parts, which lie in `bounds`.
+void fill_parts(Body& body, const PartDistances& distances, const Eigen::AlignedBox3d& bounds, double band,
+                int threads) {
+  const DistanceField& field = body.field;
+  auto& [first, second] = body.parts;
+  first = cut_lattice(field, bounds, band + 2 * field.spacing);
+  first.value.assign(at(first.points[0]) * at(first.points[1]) * at(first.points[2]), DistanceField::nowhere);
+  second = first;
+  const std::array<Index, 3> offset = first.offset_in(field);
+  const auto whole = [&](Index i, Index j, Index k) {
+    return field.value[field.index(i + offset[0], j + offset[1], k + offset[2])];
+  };
+  std::vector<std::uint8_t> differs(first.value.size(), 0);
+  for_points(first, threads, [&](Index i, Index j, Index k, PartDistances::Near& near) {
+    const Vector3d x = to_eigen(first.origin) + field.spacing * Vector3d(i, j, k);
+    const auto found = distances.at_point(x, whole(i, j, k), band, near);
+    if (!found) return;
+    const std::size_t p = first.index(i, j, k);
+    first.value[p] = (*found)[0];
+    second.value[p] = (*found)[1];
+    differs[p] = 1;
+  });
+  // A cell with a point where the parts have distances of their own needs both at all its points.
+  const auto shares_a_cell = [&](Index i, Index j, Index k) {
+    const auto [nx, ny, nz] = first.points;
+    for (Index c = std::max(k - 1, 0); c <= std::min(k + 1, nz - 1); ++c)
+      for (Index b = std::max(j - 1, 0); b <= std::min(j + 1, ny - 1); ++b)
+        for (Index a = std::max(i - 1, 0); a <= std::min(i + 1, nx - 1); ++a)
+          if (differs[first.index(a, b, c)] != 0) return true;
+    return false;
+  };
+  for_points(first, threads, [&](Index i, Index j, Index k, PartDistances::Near&) {
+    const std::size_t p = first.index(i, j, k);
+    if (differs[p] == 0 && shares_a_cell(i, j, k)) first.value[p] = second.value[p] = whole(i, j, k);
+  });
 }
 
 }  // namespace
@@ -304,54 +347,7 @@ void find_facing_parts(Body& body, double thickness, int threads) {
   for (std::size_t t = 0; t < part.size(); ++t)
     for (std::size_t k = 0; part[t] != Part::none && k < 3; ++k)
       bounds.extend(surface.corner(body.mesh_triangles[t], k));
-  const LatticeBox box = around(bounds, band + 2 * field.spacing, field);
-  DistanceField& first = body.parts[0];
-  first.spacing = field.spacing;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto axis = static_cast<int>(a);
-    first.origin[a] = field.origin[a] + box.first[axis] * field.spacing;
-    first.points[a] = box.last[axis] - box.first[axis] + 1;
-  }
-  const auto [nx, ny, nz] = first.points;
-  const auto in_box = [nx = nx, ny = ny](Index i, Index j, Index k) {
-    return (at(k) * at(ny) + at(j)) * at(nx) + at(i);
-  };
-  const auto whole = [&](Index i, Index j, Index k) {
-    return field.value[(at(k + box.first[2]) * at(field.points[1]) + at(j + box.first[1])) * at(field.points[0]) +
-                       at(i + box.first[0])];
-  };
-  first.value.assign(at(nx) * at(ny) * at(nz), DistanceField::nowhere);
-  DistanceField& second = body.parts[1] = first;
-  std::vector<std::uint8_t> differs(first.value.size(), 0);
-  for_ranges(at(nz), threads, [&, nx = nx, ny = ny](std::size_t layer) {
-    const auto k = static_cast<Index>(layer);
-    PartDistances::Near near{};
-    for (Index j = 0; j < ny; ++j)
-      for (Index i = 0; i < nx; ++i) {
-        const Vector3d x = to_eigen(first.origin) + field.spacing * Vector3d(i, j, k);
-        const auto found = distances.at_point(x, whole(i, j, k), band, near);
-        if (!found) continue;
-        const std::size_t p = in_box(i, j, k);
-        first.value[p] = (*found)[0];
-        second.value[p] = (*found)[1];
-        differs[p] = 1;
-      }
-  });
-  // Cells with a point where the two differ need both at all their points.
-  const auto is_beside = [&, nx = nx, ny = ny, nz = nz](Index i, Index j, Index k) {
-    for (Index c = std::max(k - 1, 0); c <= std::min(k + 1, nz - 1); ++c)
-      for (Index b = std::max(j - 1, 0); b <= std::min(j + 1, ny - 1); ++b)
-        for (Index a = std::max(i - 1, 0); a <= std::min(i + 1, nx - 1); ++a)
-          if (differs[in_box(a, b, c)] != 0) return true;
-    return false;
-  };
-  for_ranges(at(nz), threads, [&, nx = nx, ny = ny](std::size_t layer) {
-    const auto k = static_cast<Index>(layer);
-    for (Index j = 0; j < ny; ++j)
-      for (Index i = 0; i < nx; ++i)
-        if (const std::size_t p = in_box(i, j, k); differs[p] == 0 && is_beside(i, j, k))
-          first.value[p] = second.value[p] = whole(i, j, k);
-  });
+  fill_parts(body, distances, bounds, band, threads);
 }
 
 }  // namespace drench

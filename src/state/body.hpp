@@ -2,6 +2,7 @@
 // The constant part of a solid body, resolved from the scene, with the motion that is prescribed for it.
 
 #include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,14 @@ struct DistanceField {
   std::vector<double> value;               // m
   static constexpr double nowhere = 1e30;  // m: where a part of a mesh has no distance of its own (Body::parts)
   bool empty() const { return value.empty(); }
+  /// Which point of `whole`, a lattice that this one is cut from, its first point is.
+  std::array<Index, 3> offset_in(const DistanceField& whole) const {
+    std::array<Index, 3> offset{};
+    for (std::size_t a = 0; a < 3; ++a)
+      offset[a] = static_cast<Index>(std::lround((origin[a] - whole.origin[a]) / spacing));
+    return offset;
+  }
+  std::size_t index(Index i, Index j, Index k) const { return (at(k) * at(points[1]) + at(j)) * at(points[0]) + at(i); }
 };
 
 /// A closed mesh whose points move from file to file, linearly in between: docs/theory/deforming_bodies.md. The
@@ -85,8 +94,8 @@ struct Body {
   std::vector<Vec3> mesh_points;  // m, at t = 0, for the picture; empty but for meshes
   std::vector<std::array<Index, 3>> mesh_triangles;
   DistanceField field;  // of a closed mesh
-  // where two parts of its surface face each other closely: the distances to each of them with the rest, on points of
-  // the same lattice; `nowhere` where both are those of `field` (setup/facing_parts.hpp)
+  // where two parts of its surface face each other closely: the distance to each of them together with the rest of the
+  // surface, on points of the same lattice; `nowhere` where both equal `field` (setup/facing_parts.hpp)
   std::array<DistanceField, 2> parts;
   Deformation shape;  // of one that changes its shape, whose pose stands still; else empty
 

@@ -24,7 +24,7 @@ struct MovingSurface {
 
 /// A solid as plain numbers, where it is at the end of the step (place_solids).
 struct Solid {
-  Index body;  // whose surface or part of a surface it is
+  Index body;  // the body whose surface, or part of it, this is
   int kind;    // 0 box, 1 sphere, 2 plane, 3 mesh
   int inside;  // container
   int moves;

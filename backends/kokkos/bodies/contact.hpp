@@ -187,13 +187,16 @@ struct Clearance {
   Real dt;         // s
 };
 
-/// The distance (m) that a node, which begins the step at x, keeps from one of the solids. Solids are at the end of the
-/// step: the node's place relative to where they were is that far ahead.
-KOKKOS_FUNCTION DRENCH_SELDOM inline Real kept_from_inside(const Solid& solid, const Real3& x,
-                                                           const Clearance& clearance) {
-  const Real before = solid_distance(solid, x, clearance.dt * surface_velocity(solid, x, Real3{})).phi;
-  return smaller(clearance.thickness, before + clearance.release);
+/// The distance (m) of a node from one of the solids where both begin the step, the node at x. Solids are at the end of
+/// the step: the node's place relative to where they were is that far ahead.
+KOKKOS_FUNCTION DRENCH_SELDOM inline Real distance_at_start(const Solid& solid, const Real3& x, Real dt) {
+  return solid_distance(solid, x, dt * surface_velocity(solid, x, Real3{})).phi;
 }
+/// The distance (m) that a node, which begins the step at x, keeps from one of the solids.
+KOKKOS_INLINE_FUNCTION Real kept_from_inside(const Solid& solid, const Real3& x, const Clearance& clearance) {
+  return smaller(clearance.thickness, distance_at_start(solid, x, clearance.dt) + clearance.release);
+}
+/// The same, without a look at the start for a node that began the step in front of all solids.
 KOKKOS_INLINE_FUNCTION Real kept_from(const Solid& solid, const Real3& x, const Clearance& clearance) {
   if (!(clearance.least < clearance.thickness)) return clearance.thickness;
   return kept_from_inside(solid, x, clearance);
@@ -219,7 +222,7 @@ KOKKOS_INLINE_FUNCTION NearSolid<T> near_solid(const Solid& solid, const Real3& 
   return {solid_distance(solid, x, shift), kept_from(solid, x, clearance)};
 }
 
-constexpr Real same_direction = Real(0.9);  // cosine: of surfaces that do not squeeze
+constexpr Real same_direction = Real(0.9);  // cosine: surfaces with such normals do not face each other
 /// Are they parts of one mesh that have nearly the same surface there? Then the nearer one alone counts.
 template <class T>
 KOKKOS_INLINE_FUNCTION bool alike(const Solid& one, const Vector3<T>& normal, const Solid& other,
@@ -281,8 +284,8 @@ KOKKOS_INLINE_FUNCTION T distance_to_keep(const Solids& solids, std::size_t b, c
   return distance_to_keep_of_several(solids, b, own, x, shift, clearance);
 }
 
-/// Does solid b, at the distance `own` from x + shift, act on cloth there by wet adhesion? Of parts of one mesh that do
-/// not face each other the nearest one does.
+/// Does solid b, at the distance `own` from x + shift, pull on wet cloth there? Of two parts of one mesh that do not
+/// face each other only the nearer one does.
 template <class Solids>
 KOKKOS_INLINE_FUNCTION bool sticks_by_itself(const Solids& solids, std::size_t b, const SolidDistance<>& own,
                                              const Real3& x, const Real3& shift) {

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "base/eigen_vec.hpp"
@@ -39,26 +38,22 @@ Solid solid_of(const Body& b, std::size_t index, const DistanceField& field) {
   return s;
 }
 
-/// Body::parts[0] where it differs from the distance to the whole mesh, which `values` has.
-void put_first_part(const Body& body, double* values) {
+/// Overwrites `values`, the distances to the whole mesh, where its first part has its own (Body::parts).
+void overwrite_with_first_part(const Body& body, double* values) {
   if (!body.has_parts()) return;
   const DistanceField &part = body.parts[0], &field = body.field;
-  std::array<std::size_t, 3> offset{};
-  for (std::size_t a = 0; a < 3; ++a)
-    offset[a] = static_cast<std::size_t>(std::lround((part.origin[a] - field.origin[a]) / field.spacing));
-  const auto size = [](const DistanceField& f, std::size_t axis) { return static_cast<std::size_t>(f.points[axis]); };
-  std::size_t p = 0;
-  for (std::size_t k = 0; k < size(part, 2); ++k)
-    for (std::size_t j = 0; j < size(part, 1); ++j)
-      for (std::size_t i = 0; i < size(part, 0); ++i, ++p)
-        if (part.value[p] != DistanceField::nowhere)
-          values[((k + offset[2]) * size(field, 1) + j + offset[1]) * size(field, 0) + i + offset[0]] = part.value[p];
+  const auto [x, y, z] = part.offset_in(field);
+  for (Index k = 0; k < part.points[2]; ++k)
+    for (Index j = 0; j < part.points[1]; ++j)
+      for (Index i = 0; i < part.points[0]; ++i)
+        if (const double own = part.value[part.index(i, j, k)]; own != DistanceField::nowhere)
+          values[field.index(i + x, j + y, k + z)] = own;
 }
 
 void make_solids(const Model& m, Bodies& bodies) {
   std::vector<double> values;
   std::vector<Solid> list;
-  std::vector<std::size_t> first;  // of a solid's values; none: at their end
+  std::vector<std::size_t> first;  // where a solid's values begin
   const auto add = [&](std::size_t b, const DistanceField& field) {
     list.push_back(solid_of(m.bodies[b], b, field));
     first.push_back(values.size());
@@ -66,7 +61,7 @@ void make_solids(const Model& m, Bodies& bodies) {
   };
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     add(b, m.bodies[b].field);
-    put_first_part(m.bodies[b], values.data() + first.back());
+    overwrite_with_first_part(m.bodies[b], values.data() + first.back());
   }
   for (std::size_t b = 0; b < m.bodies.size(); ++b)
     if (m.bodies[b].has_parts()) add(b, m.bodies[b].parts[1]);

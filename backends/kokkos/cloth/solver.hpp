@@ -251,11 +251,10 @@ struct ClothSystem {
     push += c.press * at.normal;
     return c;
   }
-  /// Solids within that distance (m) of the one that a node keeps from them hold it.
-  KOKKOS_INLINE_FUNCTION static Real contact_range(const NodeTerms& t) { return Real(0.01) * t.clearance.thickness; }
+  /// Does a solid at that distance hold the node?
   template <class T>
   KOKKOS_INLINE_FUNCTION static bool in_contact(const Solid& solid, const SolidDistance<T>& at, const NodeTerms& t) {
-    const Real range = contact_range(t);
+    const Real range = Real(0.01) * t.clearance.thickness;  // beyond the distance that it keeps
     return at.phi < t.clearance.thickness + range && at.phi < kept_from(solid, t.start, t.clearance) + range;
   }
   template <class T, class Each>
@@ -267,9 +266,7 @@ struct ClothSystem {
     const Real thickness = t.clearance.thickness;
     for (std::size_t b = 0; b < solids.extent(0) && touched.count < touched.most; ++b) {
       const SolidDistance<T> at = solid_distance(solids(b), t.start, shift);
-      if (!(at.phi < thickness + contact_range(t))) continue;
-      const Real kept = kept_from(solids(b), t.start, t.clearance);
-      if (at.phi < kept + contact_range(t)) touched.add(solids, b, {at, kept});
+      if (in_contact(solids(b), at, t)) touched.add(solids, b, {at, kept_from(solids(b), t.start, t.clearance)});
     }
     T squeeze = 0;  // of all pairs on each of their two solids
     const T rigid = t.rigid_share;

@@ -107,7 +107,7 @@ struct MoveCloth {
       const SolidDistance<>& d = own.at;
       const Real distance = distance_to_keep(solids, b, own, x, shift, clearance);
       if (!(d.phi < distance + touching * clearance.thickness)) continue;
-      const Real before = solid_distance(solid, x, dt * surface_velocity(solid, x, Real3{})).phi;
+      const Real before = distance_at_start(solid, x, dt);
       const Real outward = dot(v - surface_velocity(solid, x, shift), d.normal);
       const Real gained = smaller(dot(pushed, d.normal), (d.phi - before) / dt);
       v -= larger(Real(0), smaller(outward, gained)) * d.normal;
