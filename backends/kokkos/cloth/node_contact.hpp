@@ -78,9 +78,10 @@ struct TouchedSolids {
   /// Takes from `push` what presses into the solids: all of it across the surface halfway between two that squeeze the
   /// node, and of the others the least that leaves none of it in any of them, by projected Gauss-Seidel.
   KOKKOS_INLINE_FUNCTION void take(Vector3<T>& push) {
-    constexpr int sweeps = 50;
+    constexpr bool exact = sizeof(T) == sizeof(double);
+    constexpr int sweeps = exact ? 200 : 50;
     if (first >= 0) halfway = Halfway<T>(near[first], near[second]).normal;
-    const T enough = T(1e-7) * norm(push);
+    const T enough = T(exact ? 1e-12 : 1e-7) * norm(push);
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       T most_change = 0;
       if (first >= 0) {
