@@ -78,15 +78,15 @@ Vector3d at_rest_outwards(const ReferenceState& state, const std::vector<PlacedB
   const double touching = 0.01 * clearance.thickness;  // beyond the clearance: nodes so near rest on a body
   const Vector3d pushed = dt * inverse_node_mass(state, n) * vec(state.s.node_contact_force[n]);  // m/s
   for (const PlacedBody& body : bodies) {
-    Vector3d normal, unused;
-    const std::optional<double> distance = distance_to(body, x, normal);
-    if (!distance || *distance >= distance_to_keep(bodies, body, clearance, x) + touching) continue;
+    const std::optional<NearBody> near = clearance.near(body, x);
+    if (!near || near->distance >= distance_to_keep(bodies, body, *near, clearance, x) + touching) continue;
     const Vector3d start = vec(state.s.node_position[n]);
+    Vector3d unused;
     const std::optional<double> before = distance_to(body, start + dt * body.velocity_at(start), unused);
     if (!before) continue;
-    const double outward = normal.dot(v - body.velocity_at(x));
-    const double gained = std::min(normal.dot(pushed), (*distance - *before) / dt);
-    v -= std::max(0.0, std::min(outward, gained)) * normal;
+    const double outward = near->normal.dot(v - body.velocity_at(x));
+    const double gained = std::min(near->normal.dot(pushed), (near->distance - *before) / dt);
+    v -= std::max(0.0, std::min(outward, gained)) * near->normal;
   }
   return v;
 }
@@ -103,13 +103,11 @@ void move_cloth(ReferenceState& state, const std::vector<PlacedBody>& bodies, co
     Vector3d v = vec(state.s.node_velocity[n]);
     Vector3d x = vec(state.s.node_position[n]) + dt * v;
     const ClothMaterial& cloth = m.material_of_node(n);
-    const Clearance clearance = clearance_of(state, n, dt);
+    const Clearance clearance = clearance_of(state, bodies, n, dt);
     if (!cloth.self_collision) {
       for (const BodyContact& contact : project_out(bodies, clearance, x)) v = contact.stopped(v);
     }
-    const bool inside = std::ranges::any_of(
-        bodies, [&](const PlacedBody& body) { return clearance.kept_from(body) < 0.999 * clearance.thickness; });
-    if (inside) v = at_rest_outwards(state, bodies, clearance, n, x, dt, v);
+    if (clearance.least < 0.999 * clearance.thickness) v = at_rest_outwards(state, bodies, clearance, n, x, dt, v);
     state.s.node_position[n] = arr(x);
     state.s.node_velocity[n] = arr(v);
   }

@@ -126,7 +126,8 @@ void ClothIteration::iterate_positions() {
     Vector3d step = r[n] / problem_.diagonal[n];
     const NodeContact touched = problem_.contact(n, x_[n], step, problem_.diagonal[n]);
     next[n] += step;
-    if (touched.press > 0) next[n] = problem_.with_friction(touched, n, next[n], problem_.friction(n) * touched.press);
+    if (touched.press > 0)
+      next[n] = problem_.with_friction(touched, n, x_[n], next[n], problem_.friction(n) * touched.press);
   }
   for (std::size_t n = 0; n < next.size(); ++n) next[n] = omega_ * (next[n] - previous_[n]) + previous_[n];
   problem_.project(next);
@@ -166,7 +167,8 @@ void ClothIteration::gather() {
     const NodeContact touched =
         problem_.contact(node, previous_[n], step, problem_.mass[n] / (problem_.dt * problem_.dt));
     if (touched.press > 0)
-      x_[n] = problem_.with_friction(touched, node, previous_[n] + step, problem_.friction(node) * touched.press);
+      x_[n] = problem_.with_friction(touched, node, previous_[n], previous_[n] + step,
+                                     problem_.friction(node) * touched.press);
     else
       x_[n] = problem_.before_planes(node, previous_[n], free);
   }

@@ -28,18 +28,16 @@ void add_plates(const ClothMesh& mesh, const Vectors& x, Vectors& force) {
 /// A body within the range of contact of a node.
 struct Touched {
   std::size_t body;
-  Vector3d normal = Vector3d::Zero();
-  double slope = 1;
-  double distance = 0;
+  NearBody near;
   double pressed = 0;
 };
 
-/// Adds a body that the node touches. Of two parts of one mesh that have nearly the same surface there the nearer one
-/// alone counts.
+/// Adds a body that the node touches. Of two parts of one mesh that have nearly the same surface there the one that
+/// leaves the node less room alone counts.
 void add_touched(const std::vector<PlacedBody>& bodies, const Touched& t, std::vector<Touched>& touched) {
   for (Touched& other : touched) {
-    if (bodies[other.body].index != bodies[t.body].index || other.normal.dot(t.normal) <= 0.9) continue;
-    if (t.distance < other.distance) other = t;
+    if (bodies[other.body].index != bodies[t.body].index || other.near.normal.dot(t.near.normal) <= 0.9) continue;
+    if (t.near.distance - t.near.kept < other.near.distance - other.near.kept) other = t;
     return;
   }
   touched.push_back(t);
@@ -74,7 +72,7 @@ SqueezingPair squeezing_pair(const std::vector<PlacedBody>& bodies, const std::v
       pair.exists = true;
       pair.first = one.body;
       pair.second = other.body;
-      pair.halfway = (one.slope * one.normal - other.slope * other.normal).normalized();
+      pair.halfway = (one.near.slope * one.near.normal - other.near.slope * other.near.normal).normalized();
     }
   return pair;
 }
@@ -93,8 +91,8 @@ void take_what_presses(std::vector<Touched>& touched, SqueezingPair& pair, Vecto
     for (Touched& t : touched) {
       if (pair.holds(t.body)) continue;
       const double before = t.pressed;
-      t.pressed = std::max(0.0, before - push.dot(t.normal));
-      push += (t.pressed - before) * t.normal;
+      t.pressed = std::max(0.0, before - push.dot(t.near.normal));
+      push += (t.pressed - before) * t.near.normal;
       change = std::max(change, std::abs(t.pressed - before));
     }
     if (touched.size() == 1) break;
@@ -146,7 +144,7 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
   for (Index n = 0; n < mesh.nodes(); ++n) {
     mass.push_back(node_mass(state, n) + mesh.soft_pin(n) * dt * dt);
     diagonal.push_back(mass[n] / (dt * dt));
-    clearance.push_back(clearance_of(state, n, dt));
+    clearance.push_back(clearance_of(state, bodies, n, dt));
   }
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
     for (const Index n : mesh.edge[e]) diagonal[n] += (1 + material(n).strain_damping / dt) * mesh.edge_stiffness[e];
@@ -324,12 +322,11 @@ void ClothProblem::project(Vectors& x) const {
 
 Vector3d ClothProblem::before_planes(Index n, const Vector3d& now, Vector3d x) const {
   for (const PlacedBody& body : bodies) {
-    Vector3d normal;
-    const std::optional<double> distance = distance_to(body, now, normal);
-    if (!distance) continue;
-    const double alone = clearance[n].kept_from(body);
-    const double kept = *distance < alone ? distance_to_keep(bodies, body, clearance[n], now) : alone;
-    x += std::max(0.0, kept - *distance - normal.dot(x - now)) * normal;
+    const std::optional<NearBody> near = clearance[n].near(body, now);
+    if (!near) continue;
+    const bool closer = near->distance < near->kept;
+    const double kept = closer ? distance_to_keep(bodies, body, *near, clearance[n], now) : near->kept;
+    x += std::max(0.0, kept - near->distance - near->normal.dot(x - now)) * near->normal;
   }
   return x;
 }
@@ -338,11 +335,9 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, do
                                   const OfBody& of_body) const {
   std::vector<Touched> touched;
   for (std::size_t b = 0; b < bodies.size() && is_free(n) && touched.size() < 4; ++b) {
-    Touched t{.body = b};
-    const std::optional<double> distance = distance_to(bodies[b], x, t.normal, t.slope);
-    if (!distance || *distance >= clearance[n].kept_from(bodies[b]) + contact_range * material(n).thickness) continue;
-    t.distance = *distance;
-    add_touched(bodies, t, touched);
+    const std::optional<NearBody> near = clearance[n].near(bodies[b], x);
+    if (near && near->distance < near->kept + contact_range * material(n).thickness)
+      add_touched(bodies, {b, *near}, touched);
   }
   NodeContact found;
   if (touched.empty()) return found;
@@ -368,14 +363,22 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, do
   }
   for (const Touched& t : touched) {
     if (pair.holds(t.body)) continue;
-    press(t.body, t.pressed, t.normal);
-    if (t.pressed > 0) hold(t.normal);
+    press(t.body, t.pressed, t.near.normal);
+    if (t.pressed > 0) hold(t.near.normal);
   }
-  if (found.press > 0)
+  if (found.press > 0) {
     found.surface /= found.press;
-  else if (!pair.exists)
-    found = {Eigen::Matrix3d::Identity() - touched[0].normal * touched[0].normal.transpose(),
-             bodies[touched[0].body].velocity_at(x), 0};
+  } else if (!pair.exists) {
+    const Vector3d& normal = touched[0].near.normal;
+    found.free = Eigen::Matrix3d::Identity() - normal * normal.transpose();
+    found.surface = bodies[touched[0].body].velocity_at(x);
+    return found;
+  }
+  for (const Touched& t : touched) {
+    if (pair.holds(t.body) || t.pressed > 0 || !found.beside.isZero(0)) continue;
+    const Vector3d fresh = found.free * t.near.normal;
+    if (fresh.norm() >= 0.05) found.beside = fresh.normalized();
+  }
   return found;
 }
 
@@ -384,10 +387,17 @@ double ClothProblem::friction(Index n) const {
   return m.friction + node_saturation(state, n) * (m.friction_wet - m.friction);
 }
 
-Vector3d ClothProblem::with_friction(const NodeContact& contact, Index n, const Vector3d& x, double loss) const {
-  const Vector3d way = x - start[n] - dt * contact.surface;
-  const Vector3d slip = contact.free * way;
-  return x - std::min(1.0, loss / std::max(slip.norm(), 1e-300)) * slip;
+Vector3d ClothProblem::with_friction(const NodeContact& contact, Index n, const Vector3d& from, Vector3d x,
+                                     double loss) const {
+  const auto slowed = [&](const Eigen::Matrix3d& free) {
+    const Vector3d slip = free * (x - start[n] - dt * contact.surface);
+    return Vector3d(x - std::min(1.0, loss / std::max(slip.norm(), 1e-300)) * slip);
+  };
+  const Vector3d& beside = contact.beside;
+  const Vector3d alone = slowed(contact.free);
+  if ((alone - from).dot(beside) >= 0) return alone;
+  x -= (x - from).dot(beside) * beside;
+  return slowed(contact.free - beside * beside.transpose());
 }
 
 Vector3d ClothProblem::unbalanced(Index n, const Vector3d& x, const Vector3d& r) const {
@@ -399,7 +409,7 @@ Vector3d ClothProblem::unbalanced(Index n, const Vector3d& x, const Vector3d& r)
   // much.
   const Vector3d relative = x - start[n] - dt * touched.surface, slip = touched.free * relative;
   const Vector3d here = slip.norm() > 0.1 * (relative - slip).norm() ? x : Vector3d(x - slip);
-  const Vector3d after = with_friction(touched, n, here + on, friction(n) * touched.press / diagonal[n]);
+  const Vector3d after = with_friction(touched, n, here, here + on, friction(n) * touched.press / diagonal[n]);
   return left + diagonal[n] * (after - here - on);
 }
 

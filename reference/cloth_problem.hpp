@@ -16,6 +16,7 @@ struct NodeContact {
   Eigen::Matrix3d free = Eigen::Matrix3d::Identity();
   Eigen::Vector3d surface = Eigen::Vector3d::Zero();  // m/s
   double press = 0;
+  Eigen::Vector3d beside = Eigen::Vector3d::Zero();  // along `free`: normal of a body that it touches unpressed, or 0
 };
 
 /// Rest shape of a triangle in its own plane, D (m): the deformation is F = [x1 − x0, x2 − x0] D⁻¹. The first
@@ -68,8 +69,10 @@ struct ClothProblem {
   /// else 1), loses what presses into them: of_body hears of each. Bodies that squeeze the node press it, too.
   NodeContact contact(Index n, const Eigen::Vector3d& x, Eigen::Vector3d& push, double stiffness,
                       const OfBody& of_body = {}) const;
-  /// x after Coulomb friction: node n slips along the surface by `loss` (m) less, at most to a standstill.
-  Eigen::Vector3d with_friction(const NodeContact& contact, Index n, const Eigen::Vector3d& x, double loss) const;
+  /// x after Coulomb friction of node n, which comes from `from`: it slips along the surface by `loss` (m) less, at
+  /// most to a standstill. Where friction would move it into the body beside, it slips along both.
+  Eigen::Vector3d with_friction(const NodeContact& contact, Index n, const Eigen::Vector3d& from, Eigen::Vector3d x,
+                                double loss) const;
   /// μ, as wet as the node is.
   double friction(Index n) const;
   /// What is left of r_n after the reaction of the bodies that it touches, N.

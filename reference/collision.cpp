@@ -75,6 +75,26 @@ std::optional<double> field_distance(const DistanceField& field, const Vector3d&
   return mix(low, high, w);
 }
 
+const DistanceField& lattice_of(const PlacedBody& placed) {
+  const Body& body = *placed.body;
+  return body.has_parts() ? body.parts[static_cast<std::size_t>(placed.part)] : body.field;
+}
+
+/// x in the axes of the body at t = 0.
+Vector3d own_place(const PlacedBody& placed, const Vector3d& x) {
+  return vec(placed.body->center) + placed.pose.orientation.conjugate() * (x - placed.pose.position);
+}
+
+/// Is x, where a body has no distance, on the lattice of a part of a mesh, which is not there?
+bool is_nowhere(const PlacedBody& placed, const Vector3d& x) {
+  if (!placed.body->has_parts()) return false;
+  const DistanceField& field = lattice_of(placed);
+  const Vector3d at = (own_place(placed, x) - vec(field.origin)) / field.spacing;
+  for (int a = 0; a < 3; ++a)
+    if (!(at[a] >= 0 && at[a] <= field.points[a] - 1)) return false;
+  return true;
+}
+
 }  // namespace
 
 Triangle MovingTriangle::at(double tau) const {
@@ -182,11 +202,9 @@ std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, V
   slope = 1;
   if (placed.surface) return placed.surface->distance(x, normal, slope);
   const Body& body = *placed.body;
-  const Vector3d own = vec(body.center) + placed.pose.orientation.conjugate() * (x - placed.pose.position);
+  const Vector3d own = own_place(placed, x);
   if (body.kind == BodyScene::Kind::mesh) {
-    std::optional<double> distance =
-        field_distance(body.parts[static_cast<std::size_t>(placed.part)], own, normal, slope);
-    if (!distance && placed.part == 0) distance = field_distance(body.field, own, normal, slope);
+    const std::optional<double> distance = field_distance(lattice_of(placed), own, normal, slope);
     normal = placed.pose.orientation * normal;
     return distance;
   }
@@ -196,44 +214,65 @@ std::optional<double> distance_to(const PlacedBody& placed, const Vector3d& x, V
   return distance;
 }
 
-double Clearance::kept_from(const PlacedBody& body) const {
-  if (thickness == 0) return 0;  // of liquid
+std::optional<NearBody> Clearance::near(const PlacedBody& body, const Vector3d& x) const {
+  NearBody found;
+  const auto look = [&](const Vector3d& at) {
+    const std::optional<double> distance = distance_to(body, at, found.normal, found.slope);
+    if (distance) found.distance = *distance;
+    return distance.has_value();
+  };
+  found.kept = thickness;
+  if (least >= thickness) return look(x) ? std::optional(found) : std::nullopt;
   // The body stands where it is at the end of the step: where the node lies relative to its start is that far on.
-  Vector3d normal;
-  const std::optional<double> before = distance_to(body, start + dt * body.velocity_at(start), normal);
-  return before ? std::min(thickness, *before + release) : thickness;
+  const Vector3d moved = start + dt * body.velocity_at(start);
+  if (look(moved)) {
+    found.kept = std::min(thickness, found.distance + release);
+    if (found.distance < 0 && found.kept < thickness) {
+      found.distance += found.normal.dot(x - moved);
+      found.slope = 1;
+      found.plane = true;
+      return found;
+    }
+  } else if (is_nowhere(body, moved)) {
+    return std::nullopt;
+  }
+  return look(x) ? std::optional(found) : std::nullopt;
 }
 
-Clearance clearance_of(const ReferenceState& state, Index n, double dt) {
+Clearance clearance_of(const ReferenceState& state, const std::vector<PlacedBody>& bodies, Index n, double dt) {
   const ClothMaterial& m = state.model.material_of_node(n);
-  return {m.thickness, m.release * dt, dt, vec(state.s.node_position[n])};
+  Clearance c{m.thickness, m.release * dt, dt, vec(state.s.node_position[n]), m.thickness};
+  for (const PlacedBody& body : bodies) {
+    Vector3d normal;
+    const std::optional<double> before = distance_to(body, c.start + dt * body.velocity_at(c.start), normal);
+    if (before) c.least = std::min(c.least, *before + c.release);
+  }
+  return c;
 }
 
 std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, const Clearance& clearance,
                                   const Vector3d& x) {
-  Vector3d n, m;
-  const std::optional<double> to_one = distance_to(one, x, n), to_other = distance_to(other, x, m);
-  if (!to_one || !to_other || n.dot(m) > 0.9) return std::nullopt;
-  if (*to_one + *to_other >= clearance.kept_from(one) + clearance.kept_from(other)) return std::nullopt;
-  if (n.dot(m) >= 0) {  // Is it the mouth of a gap? A little further in they face each other then.
-    const Vector3d further = x - 1.5 * clearance.thickness * (n + m).normalized();
+  const std::optional<NearBody> a = clearance.near(one, x), b = clearance.near(other, x);
+  if (!a || !b || a->normal.dot(b->normal) > 0.9) return std::nullopt;
+  if (a->distance + b->distance >= a->kept + b->kept) return std::nullopt;
+  if (a->normal.dot(b->normal) >= 0) {  // Is it the mouth of a gap? A little further in they face each other then.
+    const Vector3d further = x - 1.5 * clearance.thickness * (a->normal + b->normal).normalized();
     Vector3d inner_n, inner_m;
     distance_to(one, further, inner_n);
     distance_to(other, further, inner_m);
     if (inner_n.dot(inner_m) >= -0.5) return std::nullopt;
   }
-  return *to_one + *to_other;
+  return a->distance + b->distance;
 }
 
-double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody& body, const Clearance& clearance,
-                        const Vector3d& x) {
-  const double own = clearance.kept_from(body);
-  double kept = own;
+double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody& body, const NearBody& near,
+                        const Clearance& clearance, const Vector3d& x) {
+  double kept = near.kept;
   if (clearance.thickness == 0) return kept;  // of liquid
   for (const PlacedBody& other : bodies) {
     if (&other == &body) continue;
     if (const std::optional<double> gap = gap_between(body, other, clearance, x))
-      kept = std::min(kept, (*gap + own - clearance.kept_from(other)) / 2);
+      kept = std::min(kept, (*gap + near.kept - clearance.near(other, x)->kept) / 2);
   }
   return kept;
 }
@@ -241,17 +280,17 @@ double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody&
 std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, const Clearance& clearance, Vector3d& x) {
   std::vector<BodyContact> contacts;
   for (const PlacedBody& body : bodies) {
-    Vector3d normal;
-    double slope;
-    std::optional<double> distance = distance_to(body, x, normal, slope);
-    if (!distance || *distance >= clearance.kept_from(body)) continue;
-    const double kept = distance_to_keep(bodies, body, clearance, x);
-    if (*distance >= kept) continue;
-    contacts.push_back({normal, body.velocity_at(x)});
-    x += (kept - *distance) / slope * normal;
-    if (body.body->kind != BodyScene::Kind::mesh) continue;
+    const std::optional<NearBody> near = clearance.near(body, x);
+    if (!near || near->distance >= near->kept) continue;
+    const double kept = distance_to_keep(bodies, body, *near, clearance, x);
+    if (near->distance >= kept) continue;
+    contacts.push_back({near->normal, body.velocity_at(x)});
+    x += (kept - near->distance) / near->slope * near->normal;
+    if (near->plane || body.body->kind != BodyScene::Kind::mesh) continue;
     for (int k = 0; k < 2; ++k) {  // Newton's method, because φ is interpolated
-      distance = distance_to(body, x, normal, slope);
+      Vector3d normal;
+      double slope;
+      const std::optional<double> distance = distance_to(body, x, normal, slope);
       if (!distance || std::abs(kept - *distance) <= 1e-9 * kept) break;
       x += (kept - *distance) / slope * normal;
     }

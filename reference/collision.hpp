@@ -70,20 +70,30 @@ struct BodyContact {
   }
 };
 
+/// A body next to a node of the cloth: how far it is and what the node keeps from it alone, m.
+struct NearBody {
+  double distance = 0, slope = 1;  // slope: of the distance along the normal
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double kept = 0;
+  bool plane = false;  // a plane stands for it in this step
+};
+
 /// How far a node stays from bodies: its thickness, or less from one that it has begun the step inside of.
 struct Clearance {
   double thickness = 0, release = 0, dt = 0;  // m, m, s
   Eigen::Vector3d start{0, 0, 0};             // m
-  /// From one of the bodies, m.
-  double kept_from(const PlacedBody& body) const;
+  double least = 0;                           // m: what it keeps from any body
+  /// One of the bodies as the node at x sees it (docs/theory/cloth.md, (26b)); none where it has no distance.
+  std::optional<NearBody> near(const PlacedBody& body, const Eigen::Vector3d& x) const;
 };
-Clearance clearance_of(const ReferenceState& state, Index n, double dt);
+Clearance clearance_of(const ReferenceState& state, const std::vector<PlacedBody>& bodies, Index n, double dt);
 /// The gap (m) between two bodies that face each other at x, if it leaves cloth no room on both sides.
 std::optional<double> gap_between(const PlacedBody& one, const PlacedBody& other, const Clearance& clearance,
                                   const Eigen::Vector3d& x);
-/// The distance (m) that cloth at x keeps from a body: what it keeps from that alone, or its share of such a gap.
-double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody& body, const Clearance& clearance,
-                        const Eigen::Vector3d& x);
+/// The distance (m) that cloth at x keeps from a body, `near` to it: what it keeps from that alone, or its share of
+/// such a gap.
+double distance_to_keep(const std::vector<PlacedBody>& bodies, const PlacedBody& body, const NearBody& near,
+                        const Clearance& clearance, const Eigen::Vector3d& x);
 /// Moves x out of the bodies, in their order, to that distance where it is closer. Returns the contacts with those
 /// bodies that moved it, with the surface's velocity at x as it was. Thickness 0: a particle of liquid.
 std::vector<BodyContact> project_out(const std::vector<PlacedBody>& bodies, const Clearance& clearance,

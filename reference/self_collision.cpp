@@ -92,7 +92,7 @@ class SelfCollision {
   void keep_out(Index n) {
     if (mesh_.pinned[n]) return;
     Vector3d x = end(n);
-    if (!project_out(bodies_, clearance_of(state_, n, dt_), x).empty()) velocity_[n] = (x - start(n)) / dt_;
+    if (!project_out(bodies_, clearance_of(state_, bodies_, n, dt_), x).empty()) velocity_[n] = (x - start(n)) / dt_;
   }
 
   void list_pairs() {
@@ -352,7 +352,7 @@ class SelfCollision {
       for (const Index n : nodes) {
         Vector3d x = start(n) + dt_ * v;
         const Vector3d before = x;
-        project_out(bodies_, clearance_of(state_, n, dt_), x);
+        project_out(bodies_, clearance_of(state_, bodies_, n, dt_), x);
         up = up.cwiseMax(x - before);
         down = down.cwiseMax(before - x);
       }

@@ -59,10 +59,9 @@ class Squeezing {
 
   Vector3d first_wall(Index n) const {
     for (const PlacedBody& body : problem_.bodies) {
-      Vector3d normal;
-      const std::optional<double> distance = distance_to(body, problem_.start[n], normal);
-      const double range = problem_.clearance[n].kept_from(body) + 0.01 * problem_.material(n).thickness;
-      if (problem_.is_free(n) && distance && *distance < range) return normal;
+      const std::optional<NearBody> near = problem_.clearance[n].near(body, problem_.start[n]);
+      const double range = 0.01 * problem_.material(n).thickness;
+      if (problem_.is_free(n) && near && near->distance < near->kept + range) return near->normal;
     }
     return Vector3d::Zero();
   }

@@ -222,8 +222,8 @@ class PartDistances {
   using Near = std::array<Index, 3>;
   using Distances = std::array<double, 2>;  // m
   /// The distances of x, whose distance to the whole surface is `phi` (m); none where both equal that, and farther than
-  /// `band` (m) from both parts.
-  std::optional<Distances> at_point(const Vector3d& x, double phi, double band, Near& near) const {
+  /// `band` (m) from both parts. Inside of the mesh, a part in front of x is not there beyond `reach` (m).
+  std::optional<Distances> at_point(const Vector3d& x, double phi, double band, double reach, Near& near) const {
     const double rounding = 8 * surface_.body.field.spacing;  // far from the surface phi is interpolated
     if (phi > band + rounding || (!overlap_ && phi < -band - rounding)) return std::nullopt;
     const Distances own{distance(own_[0], x, near[0]), distance(own_[1], x, near[1])};
@@ -236,9 +236,13 @@ class PartDistances {
     if (around > 1) return Distances{-with_rest[0], -with_rest[1]};
     // x is inside one of the two solids and in front of the other part. The nearest triangle shows which: x is behind
     // it or in front of it. Below the border between the parts x is behind both, and the same rule gives distances
-    // without kinks (docs/dev/contacts.md).
-    const std::size_t k = own[0] < own[1] ? 0 : 1;
-    return is_behind(k, near, x) == (k == 0) ? Distances{-with_rest[0], own[1]} : Distances{own[0], -with_rest[1]};
+    // without kinks (docs/dev/contacts.md). Where the two change places, the distances jump: of the part in front only
+    // what cloth can meet is kept.
+    const std::size_t nearer = own[0] < own[1] ? 0 : 1, inside = is_behind(nearer, near, x) ? nearer : 1 - nearer;
+    Distances found;
+    found[inside] = -with_rest[inside];
+    found[1 - inside] = own[1 - inside] > reach ? DistanceField::nowhere : own[1 - inside];
+    return found;
   }
 
  private:
@@ -291,38 +295,38 @@ void for_points(const DistanceField& field, int threads, const F& f) {
 
 /// body.parts, where `distances` are: up to `band` (m) from the parts, which lie in `bounds`.
 void fill_parts(Body& body, const PartDistances& distances, const Eigen::AlignedBox3d& bounds, double band,
-                int threads) {
+                double reach, int threads) {
   const DistanceField& field = body.field;
   auto& [first, second] = body.parts;
-  first = cut_lattice(field, bounds, band + 2 * field.spacing);
-  first.value.assign(at(first.points[0]) * at(first.points[1]) * at(first.points[2]), DistanceField::nowhere);
-  second = first;
-  const std::array<Index, 3> offset = first.offset_in(field);
-  const auto whole = [&](Index i, Index j, Index k) {
-    return field.value[field.index(i + offset[0], j + offset[1], k + offset[2])];
+  first = field;
+  second = cut_lattice(field, bounds, band + 2 * field.spacing);
+  second.value.assign(at(second.points[0]) * at(second.points[1]) * at(second.points[2]), DistanceField::nowhere);
+  const std::array<Index, 3> offset = second.offset_in(field);
+  const auto in_whole = [&](Index i, Index j, Index k) {
+    return field.index(i + offset[0], j + offset[1], k + offset[2]);
   };
-  std::vector<std::uint8_t> differs(first.value.size(), 0);
-  for_points(first, threads, [&](Index i, Index j, Index k, PartDistances::Near& near) {
-    const Vector3d x = to_eigen(first.origin) + field.spacing * Vector3d(i, j, k);
-    const auto found = distances.at_point(x, whole(i, j, k), band, near);
+  std::vector<std::uint8_t> differs(second.value.size(), 0);
+  for_points(second, threads, [&](Index i, Index j, Index k, PartDistances::Near& near) {
+    const Vector3d x = to_eigen(second.origin) + field.spacing * Vector3d(i, j, k);
+    const auto found = distances.at_point(x, field.value[in_whole(i, j, k)], band, reach, near);
     if (!found) return;
-    const std::size_t p = first.index(i, j, k);
-    first.value[p] = (*found)[0];
+    const std::size_t p = second.index(i, j, k);
+    first.value[in_whole(i, j, k)] = (*found)[0];
     second.value[p] = (*found)[1];
     differs[p] = 1;
   });
   // A cell with a point where the parts have distances of their own needs both at all its points.
   const auto shares_a_cell = [&](Index i, Index j, Index k) {
-    const auto [nx, ny, nz] = first.points;
+    const auto [nx, ny, nz] = second.points;
     for (Index c = std::max(k - 1, 0); c <= std::min(k + 1, nz - 1); ++c)
       for (Index b = std::max(j - 1, 0); b <= std::min(j + 1, ny - 1); ++b)
         for (Index a = std::max(i - 1, 0); a <= std::min(i + 1, nx - 1); ++a)
-          if (differs[first.index(a, b, c)] != 0) return true;
+          if (differs[second.index(a, b, c)] != 0) return true;
     return false;
   };
-  for_points(first, threads, [&](Index i, Index j, Index k, PartDistances::Near&) {
-    const std::size_t p = first.index(i, j, k);
-    if (differs[p] == 0 && shares_a_cell(i, j, k)) first.value[p] = second.value[p] = whole(i, j, k);
+  for_points(second, threads, [&](Index i, Index j, Index k, PartDistances::Near&) {
+    const std::size_t p = second.index(i, j, k);
+    if (differs[p] == 0 && shares_a_cell(i, j, k)) second.value[p] = field.value[in_whole(i, j, k)];
   });
 }
 
@@ -332,6 +336,7 @@ void find_facing_parts(Body& body, double thickness, int threads) {
   const DistanceField& field = body.field;
   // Beyond that range the ridge between two parts is out of the cloth's reach by more than the lattice's cells.
   const double range = 4 * (thickness + field.spacing), band = 0.5 * range + 2 * field.spacing;
+  const double reach = 2 * (thickness + field.spacing);  // of cloth, with the cells around its points
   const Surface surface(body);
   bool any = false;
   for (std::size_t t = 0; t < surface.count() && !any; ++t) any = surface.may_face(t, range);
@@ -347,7 +352,7 @@ void find_facing_parts(Body& body, double thickness, int threads) {
   for (std::size_t t = 0; t < part.size(); ++t)
     for (std::size_t k = 0; part[t] != Part::none && k < 3; ++k)
       bounds.extend(surface.corner(body.mesh_triangles[t], k));
-  fill_parts(body, distances, bounds, band, threads);
+  fill_parts(body, distances, bounds, band, reach, threads);
 }
 
 }  // namespace drench

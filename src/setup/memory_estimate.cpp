@@ -74,7 +74,8 @@ MemoryEstimate estimate_memory(const SetupSize& size, const ArrayBytes& arrays) 
   // HostState has 97 bytes a particle, the set-up beside it a third of that; a frame is a state, its grid and,
   // while it is written, its file twice.
   m.host += size.fluid * 130 + size.boundary * 130 + size.nodes * 900 + size.samples * 330 + size.field * 8 +
-            size.part_field * 16;
+            size.part_field * 8;
+  if (size.part_field > 0) m.host += size.field * 8;  // at most: of the first parts
   if (size.frames) m.host += size.fluid * 300 + size.boundary * 120 + size.nodes * 500 + size.samples * 60;
   if (size.surface) m.host += size.fluid * 1000;  // of a pool some 300, of a splash with 10 points a particle 2200
   return m;

@@ -18,7 +18,7 @@ struct DistanceField {
   double spacing = 0;    // m
   std::array<Index, 3> points{0, 0, 0};
   std::vector<double> value;               // m
-  static constexpr double nowhere = 1e30;  // m: where a part of a mesh has no distance of its own (Body::parts)
+  static constexpr double nowhere = 2e30;  // m: where a part of a mesh is not there (Body::parts)
   bool empty() const { return value.empty(); }
   /// Which point of `whole`, a lattice that this one is cut from, its first point is.
   std::array<Index, 3> offset_in(const DistanceField& whole) const {
@@ -94,8 +94,9 @@ struct Body {
   std::vector<Vec3> mesh_points;  // m, at t = 0, for the picture; empty but for meshes
   std::vector<std::array<Index, 3>> mesh_triangles;
   DistanceField field;  // of a closed mesh
-  // where two parts of its surface face each other closely: the distance to each of them together with the rest of the
-  // surface, on points of the same lattice; `nowhere` where both equal `field` (setup/facing_parts.hpp)
+  // Where two parts of its surface face each other closely, the distance to each of them together with the rest of the
+  // surface (setup/facing_parts.hpp). The first stands on the points of `field`, the second on those near the parts:
+  // `nowhere` where both equal `field`. Either is nowhere deep below the other part.
   std::array<DistanceField, 2> parts;
   Deformation shape;  // of one that changes its shape, whose pose stands still; else empty
 

@@ -95,13 +95,33 @@ TEST_F(FacingParts, TheNearerPartIsTheWholeSurface) {
   EXPECT_LT(worst, 0.5 * body.field.spacing) << "m: the lattice rounds edges";
 }
 
+TEST_F(FacingParts, APartIsNotThereDeepBehindTheOther) {
+  const Body body = body_beside_cloth(test::two_legs(0.003));
+  const double reach = 2 * (thickness + body.field.spacing);
+  const std::array<Index, 3> offset = body.parts[1].offset_in(body.field);
+  int absent = 0;
+  for (Index k = 0; k < body.parts[1].points[2]; ++k)
+    for (Index j = 0; j < body.parts[1].points[1]; ++j)
+      for (Index i = 0; i < body.parts[1].points[0]; ++i) {
+        const std::size_t whole = body.field.index(i + offset[0], j + offset[1], k + offset[2]);
+        if (!(body.field.value[whole] < 0)) continue;
+        const double first = body.parts[0].value[whole], second = body.parts[1].value[body.parts[1].index(i, j, k)];
+        absent += first == DistanceField::nowhere ? 1 : 0;
+        EXPECT_TRUE(first <= reach || first == DistanceField::nowhere) << first << " m";
+        EXPECT_TRUE(second <= reach || second == DistanceField::nowhere) << second << " m";
+      }
+  EXPECT_GT(absent, 0);
+}
+
 TEST_F(FacingParts, OtherMeshesHaveNone) {
   EXPECT_FALSE(body_beside_cloth(test::obj_of(test::ball_mesh(3), 0.05)).has_parts());
   // The two sides of a wall face away from each other.
   EXPECT_FALSE(
       body_beside_cloth(test::obj_of(test::box_mesh({-0.05, -0.05, -0.004}, {0.05, 0.05, 0.004}))).has_parts());
   // Far apart they face nothing but what joins them, in the notches at its ends.
-  for (const double phi : read(body_beside_cloth(test::two_legs(0.1)), {0, -0.03, 0}).phi) EXPECT_GT(phi, 1) << "m";
+  const Reading between = read(body_beside_cloth(test::two_legs(0.1)), {0, -0.03, 0});
+  EXPECT_NEAR(between.phi[0], 0.03, 1e-6) << "m: of the whole";
+  EXPECT_GT(between.phi[1], 1) << "m";
   EXPECT_FALSE(body_beside_cloth(test::two_legs(0.003), "false").has_parts()) << "no cloth moves";
 }
 

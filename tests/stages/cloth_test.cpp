@@ -108,6 +108,30 @@ cloth_solver: )" +
          solver + '\n';
 }
 
+/// A sheet that lies on a floor, with an edge at a wall that moves towards it.
+std::string before_a_wall(const std::string& solver) {
+  return R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+cloth:
+  - mesh: {grid: {size: [0.04, 0.08], nodes: [5, 9]}}
+    thickness: 0.002
+    stretch: 0.01  # nothing but friction presses the edge into the wall
+    friction: 0.6
+    damping: 0
+    place: {position: [0, 0.002, 0]}
+bodies:
+  - plane: {point: [0, 0, 0], normal: [0, 1, 0]}
+  - box: {min: [-0.2, -0.1, -0.2], max: [-0.022, 0.1, 0.2], velocity: [0.05, 0, 0.02]}
+cloth_solver: )" +
+         solver + '\n';
+}
+
+/// It is a little faster than the wall.
+void move_on(const Model&, HostState& s) {
+  for (Vec3& v : s.node_velocity) v = {0.052, 0, 0.08};
+}
+
 /// Some nodes stick and some slip.
 void pull_out(const Model& m, HostState& s) {
   for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
@@ -136,6 +160,31 @@ TEST(cloth, squeezed_between_parts_of_a_mesh_agrees_with_the_reference) {
     ASSERT_TRUE(setup_from(scene).model.bodies.back().has_parts());
     compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = pull_out, .changes = "node_friction_force"});
   }
+}
+
+TEST(cloth, pushed_along_a_floor_agrees_with_the_reference) {
+  for (const char* solver : {"{method: pd, max_iterations: 20}", "{method: xpbd, max_iterations: 20}"})
+    compare_stage(
+        {.stage = Stage::cloth, .scene = before_a_wall(solver), .prepare = move_on, .changes = "node_friction_force"});
+}
+
+TEST(cloth, pushed_along_a_floor_follows_the_wall) {
+  const drench::Setup setup = setup_from(before_a_wall("{method: pd, max_iterations: 200}"));
+  HostState start = setup.state;
+  move_on(setup.model, start);
+  const auto backend = make_kokkos_backend(setup.model);
+  StepReport report;
+  run_stage_from(*backend, setup.model, Stage::cloth, start, {0, 0, setup.model.scene.time.step}, report);
+  EXPECT_LE(report.cloth_residual, 1);
+  const HostState end = backend->download();
+  int at_wall = 0;
+  for (std::size_t n = 0; n < end.node_velocity.size(); ++n) {
+    if (start.node_position[n][0] > -0.019) continue;
+    ++at_wall;
+    EXPECT_NEAR(end.node_velocity[n][0], 0.05, 1e-3) << "m/s, towards the wall";
+    EXPECT_LT(end.node_velocity[n][2], 0.08) << "m/s, along both: friction slows it down";
+  }
+  EXPECT_EQ(at_wall, 9);
 }
 
 namespace {

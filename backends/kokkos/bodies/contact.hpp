@@ -38,7 +38,8 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> box_distance(const Vector3<T>& lo, const
   return {distance, {normal[0], normal[1], normal[2]}};
 }
 
-constexpr Real far_away = Real(1e30);  // m
+constexpr Real far_away = Real(1e30);                   // m
+constexpr Real no_part = Real(DistanceField::nowhere);  // m, beyond far_away: a part of a mesh is not there
 
 /// Distance to a closed mesh from its field (trilinear), `x` relative to the centre in the body's own axes. Beyond the
 /// lattice: far away.
@@ -76,7 +77,7 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vec
   const Vector3<T> gradient{of_x[0] + w[2] * (of_x[1] - of_x[0]), of_y[0] + w[2] * (of_y[1] - of_y[0]), of_z};
   const T length = norm(gradient);
   if (!(length > 0)) return {phi, {0, 1, 0}};
-  if (!(length < T(1e15))) return {far_away, {0, 0, 0}};  // next to points without a distance (Body::parts)
+  if (!(length < T(1e15))) return {no_part, {0, 0, 0}};  // next to points without a distance (Body::parts)
   return {phi, (1 / length) * gradient, larger(inverse * length, T(0.5))};
 }
 
@@ -179,7 +180,7 @@ KOKKOS_INLINE_FUNCTION Vector3<T> to_distance(const Solid& solid, const Real3& x
 }
 
 /// How far a node of the cloth has to stay from solids: its thickness, or less from one that it has begun the step
-/// inside of (kept_from).
+/// inside of (near_solid).
 struct Clearance {
   Real thickness;  // m
   Real least;      // m: the least of all solids (Nodes::clearance)
@@ -192,21 +193,18 @@ struct Clearance {
 KOKKOS_FUNCTION DRENCH_SELDOM inline Real distance_at_start(const Solid& solid, const Real3& x, Real dt) {
   return solid_distance(solid, x, dt * surface_velocity(solid, x, Real3{})).phi;
 }
-/// The distance (m) that a node, which begins the step at x, keeps from one of the solids.
-KOKKOS_INLINE_FUNCTION Real kept_from_inside(const Solid& solid, const Real3& x, const Clearance& clearance) {
-  return smaller(clearance.thickness, distance_at_start(solid, x, clearance.dt) + clearance.release);
-}
-/// The same, without a look at the start for a node that began the step in front of all solids.
-KOKKOS_INLINE_FUNCTION Real kept_from(const Solid& solid, const Real3& x, const Clearance& clearance) {
-  if (!(clearance.least < clearance.thickness)) return clearance.thickness;
-  return kept_from_inside(solid, x, clearance);
+/// The distance (m) that a node keeps from a solid that is `start` (m) away from it as the step begins.
+KOKKOS_INLINE_FUNCTION Real kept_from(Real start, const Clearance& clearance) {
+  return smaller(clearance.thickness, start + clearance.release);
 }
 /// Clearance::least of a node that begins the step at x.
 template <class Solids>
 KOKKOS_INLINE_FUNCTION Real least_kept(const Solids& solids, const Real3& x, const Clearance& clearance) {
   Real least = clearance.thickness;
-  for (std::size_t b = 0; b < solids.extent(0); ++b)
-    least = smaller(least, kept_from_inside(solids(static_cast<std::int64_t>(b)), x, clearance));
+  for (std::size_t b = 0; b < solids.extent(0); ++b) {
+    const Real start = distance_at_start(solids(static_cast<std::int64_t>(b)), x, clearance.dt);
+    least = smaller(least, kept_from(start, clearance));
+  }
   return least;
 }
 
@@ -215,15 +213,38 @@ template <class T>
 struct NearSolid {
   SolidDistance<T> at;
   Real kept;
+  bool plane = false;  // a plane stands for it: near_solid
 };
+/// near_solid for a node that begins the step inside one of the solids.
+template <class T>
+KOKKOS_FUNCTION DRENCH_SELDOM NearSolid<T> near_solid_inside(const Solid& solid, const Real3& x,
+                                                             const Vector3<T>& shift, const Clearance& clearance) {
+  const Vector3<T> moved = T(clearance.dt) * in_precision<T>(surface_velocity(solid, x, Real3{}));
+  const SolidDistance<T> start = solid_distance(solid, x, moved);
+  if (!(start.phi < no_part)) return {start, -far_away};
+  const Real kept = kept_from(Real(start.phi), clearance);
+  if (!(start.phi < 0 && kept < clearance.thickness)) return {solid_distance(solid, x, shift), kept};
+  return {{start.phi + dot(start.normal, shift - moved), start.normal}, kept, true};
+}
+/// A solid at x + shift to a node that begins the step at x. Inside of a solid the distance has kinks, between which
+/// iterations would alternate: for the step a plane stands for the solid, through the node's start along the surface
+/// there. A part of a mesh that is not there at the start (no_part) does not hold a node that is inside of others.
 template <class T>
 KOKKOS_INLINE_FUNCTION NearSolid<T> near_solid(const Solid& solid, const Real3& x, const Vector3<T>& shift,
                                                const Clearance& clearance) {
-  return {solid_distance(solid, x, shift), kept_from(solid, x, clearance)};
+  if (clearance.least < clearance.thickness) return near_solid_inside(solid, x, shift, clearance);
+  return {solid_distance(solid, x, shift), clearance.thickness};
+}
+/// to_distance, for a node from a solid next to it.
+template <class T>
+KOKKOS_INLINE_FUNCTION Vector3<T> to_distance(const Solid& solid, const Real3& x, const Vector3<T>& shift,
+                                              const NearSolid<T>& own, std::type_identity_t<T> distance) {
+  if (own.plane) return shift + (distance - own.at.phi) * own.at.normal;
+  return to_distance(solid, x, shift, own.at, distance);
 }
 
 constexpr Real same_direction = Real(0.9);  // cosine: surfaces with such normals do not face each other
-/// Are they parts of one mesh that have nearly the same surface there? Then the nearer one alone counts.
+/// Are they parts of one mesh that have nearly the same surface there? Then one alone counts.
 template <class T>
 KOKKOS_INLINE_FUNCTION bool alike(const Solid& one, const Vector3<T>& normal, const Solid& other,
                                   const Vector3<T>& other_normal) {
@@ -267,9 +288,7 @@ KOKKOS_FUNCTION DRENCH_SELDOM T distance_to_keep_of_several(const Solids& solids
   for (std::size_t a = 0; a < solids.extent(0); ++a) {
     if (a == b) continue;
     const Solid &one = solids(static_cast<std::int64_t>(a)), &solid = solids(static_cast<std::int64_t>(b));
-    const SolidDistance<T> d = solid_distance(one, x, shift);
-    if (!(d.phi + own.at.phi < own.kept + clearance.thickness)) continue;
-    const NearSolid<T> other{d, kept_from(one, x, clearance)};
+    const NearSolid<T> other = near_solid(one, x, shift, clearance);
     if (squeezed(one, other, solid, own, x, shift, clearance.thickness))
       kept = smaller(kept, T(0.5) * ((other.at.phi + own.at.phi) + (own.kept - other.kept)));
   }
@@ -304,12 +323,10 @@ KOKKOS_INLINE_FUNCTION Vector3<T> project_out(const Solids& solids, const Real3&
                                               const Clearance& clearance) {
   for (std::size_t b = 0; b < solids.extent(0); ++b) {
     const Solid& solid = solids(static_cast<std::int64_t>(b));
-    const SolidDistance<T> d = solid_distance(solid, x, shift);
-    if (!(d.phi < clearance.thickness)) continue;
-    const NearSolid<T> own{d, kept_from(solid, x, clearance)};
-    if (!(d.phi < own.kept)) continue;
+    const NearSolid<T> own = near_solid(solid, x, shift, clearance);
+    if (!(own.at.phi < own.kept)) continue;
     const T kept = distance_to_keep(solids, b, own, x, shift, clearance);
-    if (d.phi < kept) shift = to_distance(solid, x, shift, d, kept);
+    if (own.at.phi < kept) shift = to_distance(solid, x, shift, own, kept);
   }
   return shift;
 }

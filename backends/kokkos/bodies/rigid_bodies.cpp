@@ -38,18 +38,6 @@ Solid solid_of(const Body& b, std::size_t index, const DistanceField& field) {
   return s;
 }
 
-/// Overwrites `values`, the distances to the whole mesh, where its first part has its own (Body::parts).
-void overwrite_with_first_part(const Body& body, double* values) {
-  if (!body.has_parts()) return;
-  const DistanceField &part = body.parts[0], &field = body.field;
-  const auto [x, y, z] = part.offset_in(field);
-  for (Index k = 0; k < part.points[2]; ++k)
-    for (Index j = 0; j < part.points[1]; ++j)
-      for (Index i = 0; i < part.points[0]; ++i)
-        if (const double own = part.value[part.index(i, j, k)]; own != DistanceField::nowhere)
-          values[field.index(i + x, j + y, k + z)] = own;
-}
-
 void make_solids(const Model& m, Bodies& bodies) {
   std::vector<double> values;
   std::vector<Solid> list;
@@ -59,10 +47,8 @@ void make_solids(const Model& m, Bodies& bodies) {
     first.push_back(values.size());
     if (!m.bodies[b].deforms()) values.insert(values.end(), field.value.begin(), field.value.end());
   };
-  for (std::size_t b = 0; b < m.bodies.size(); ++b) {
-    add(b, m.bodies[b].field);
-    overwrite_with_first_part(m.bodies[b], values.data() + first.back());
-  }
+  for (std::size_t b = 0; b < m.bodies.size(); ++b)
+    add(b, m.bodies[b].has_parts() ? m.bodies[b].parts[0] : m.bodies[b].field);
   for (std::size_t b = 0; b < m.bodies.size(); ++b)
     if (m.bodies[b].has_parts()) add(b, m.bodies[b].parts[1]);
   if (!values.empty()) bodies.distance_fields = to_device<Real>("drench::distance_fields", values);

@@ -20,7 +20,8 @@ constexpr Index few_toggled = 2;     // nodes that may change their state while 
 constexpr double most_growth = 2;    // of the residual that a step may cause
 constexpr int most_halvings = 3;     // of a step
 constexpr int late_after = 6;        // iterations: then what presses touches, whatever sweeps foresee, ...
-constexpr Index many_toggled = 40;   // ... if so many nodes still change their state
+constexpr Index many_toggled = 40;   // ... if so many nodes still change their state, ...
+constexpr int stands_after = 12;     // ... or, in every other four iterations, if the residual does not fall
 constexpr int slow_after = 4;        // iterations: then what has not halved in three of them is relaxed locally
 constexpr double same_way = 0.3;     // cosine between two steps of a slow solve above which the second is lengthened
 constexpr double longest = 32;       // times the Newton step: the most that it is lengthened
@@ -80,6 +81,7 @@ void NewtonCloth::measure(const ClothSystem& s, Iterate& i) {
                                     : near.left;
     }
     at_node(i.left, n) = column(left);
+    if (solids && !s.pinned(n)) i.near[at(n)].see_blocked(left);
     return norm(left);
   });
   constexpr double lost = 1e100;  // also where numbers are not finite
@@ -102,9 +104,8 @@ std::int64_t NewtonCloth::opposite(const ClothSystem& s, std::size_t b, const Ne
   for (std::size_t a = 0; a < s.solids.extent(0); ++a) {
     if (a == b) continue;
     const auto k = static_cast<std::int64_t>(a);
-    const SolidDistance<double> d = solid_distance(s.solids(k), t.start, shift);
-    if (!(d.phi < least) || !(d.phi + own.at.phi < own.kept + t.clearance.thickness)) continue;
-    const NearSolid<double> other{d, kept_from(s.solids(k), t.start, t.clearance)};
+    const NearSolid<double> other = near_solid(s.solids(k), t.start, shift, t.clearance);
+    if (!(other.at.phi < least)) continue;
     if (!squeezed(s.solids(k), other, s.solids(static_cast<std::int64_t>(b)), own, t.start, shift,
                   t.clearance.thickness))
       continue;
@@ -122,19 +123,19 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
   near.contact = {};
   if (is_away(n, shift)) return;
   const NodeTerms t = s.terms(n);
-  SolidDistance<double> first{};
-  double phi[NodeNearby::most];
+  NearSolid<double> first{};
+  double beyond[NodeNearby::most];       // what each solid keeps free, m
   double nearest = 1e300, farthest = 0;  // of the solids
   double narrowest = 1e300;              // of the gaps that squeeze the node
   const double thickness = double(t.clearance.thickness), reach = thickness + std::max(thickness, 0.2 * mean_edge_);
   for (std::size_t b = 0; b < s.solids.extent(0) && near.count < NodeNearby::most; ++b) {
     const Solid& solid = s.solids(static_cast<std::int64_t>(b));
-    const SolidDistance<double> d = solid_distance(solid, t.start, shift);
+    const NearSolid<double> own = near_solid(solid, t.start, shift, t.clearance);
+    const SolidDistance<double>& d = own.at;
     nearest = std::min(nearest, d.phi);
     if (solid.body == static_cast<Index>(b))
       farthest = std::max(farthest, d.phi);  // second parts are beside first ones
     if (!(d.phi < reach)) continue;
-    const NearSolid<double> own{d, kept_from(solid, t.start, t.clearance)};
     const std::int64_t opposite_one = opposite(s, b, own, t, shift);
     if (opposite_one >= 0) {
       const NearSolid<double> other = near_solid(s.solids(opposite_one), t.start, shift, t.clearance);
@@ -153,16 +154,16 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
     if (near.pinched) continue;
     int k = 0;
     while (k < near.count && !alike(s.solids(near.solid[k]), near.normal[k], solid, d.normal)) ++k;
-    if (k < near.count && !(d.phi < phi[k])) continue;
+    if (k < near.count && !(d.phi - own.kept < beyond[k])) continue;
     near.count = std::max(near.count, k + 1);
-    phi[k] = d.phi;
+    beyond[k] = d.phi - own.kept;
     near.solid[k] = static_cast<std::int64_t>(b);
     near.normal[k] = d.normal;
     // Within the width of contact, so that a dynamic body that ends the step a little nearer than was tried pushes
     // nothing.
     near.gap[k] = (d.phi - double(own.kept) - margin_ * thickness) / d.slope;
     near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
-    if (k == 0) first = d;
+    if (k == 0) first = own;
   }
   if (near.count == 0) {
     // Out of a mesh's lattice nothing is known.
@@ -202,7 +203,8 @@ bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSyste
   const int cap = std::min(most, most_iterations);
   for (int k = 0; k < cap && !(now_.over_goal <= 1 && k > 0); ++k) {
     stop_if_requested();
-    late_ = k >= late_after && toggled_ > many_toggled;
+    const bool stands = k >= stands_after && now_.over_goal > 0.5 * past[at(k - 3)];
+    late_ = k >= late_after && (toggled_ > many_toggled || (stands && k / 4 % 2 == 1));
     slow_ = k >= slow_after && now_.over_goal > 0.5 * past[at(k - 3)];
     past.push_back(now_.over_goal);
     if (slow_ && relax_locally(s)) {

@@ -21,7 +21,13 @@ struct NodeNearby {
   double gap[most];          // m, along the normal up to the surface that keeps the clearance
   Double3 moved;             // of the surface in the step, m
   NodeContact<double> contact;
-  Double3 left;  // what contact leaves of the residual, without friction, N
+  Double3 left;          // what contact leaves of the residual, without friction, N
+  bool blocked = false;  // friction presses it into a plane beside those that it is pressed onto
+
+  /// `unbalanced`: of the residual, with friction, N.
+  void see_blocked(const Double3& unbalanced) {
+    blocked = dot(contact.beside, contact.beside) > 0 && !(dot(unbalanced, contact.beside) > 0);
+  }
 
   /// What presses the node into the one plane that it has, or into all of them, N.
   double press(const Double3& residual, bool one) const {
@@ -89,6 +95,7 @@ class NewtonCloth {
   void find_touching(const ClothSystem& s);
   void touch_where_pressed(const ClothSystem& s);
   void begin_zone(const ClothSystem& s);
+  static std::uint8_t onto_one(const ZoneNode& z, const NodeNearby& near, const Column3& step);
   void sweep(const ClothSystem& s);
   /// Who sticks and who slips, and the right side of the linear system.
   void set_contact_rows(const ClothSystem& s);

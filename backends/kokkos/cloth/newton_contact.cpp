@@ -43,6 +43,16 @@ void NewtonCloth::begin_zone(const ClothSystem& s) {
   });
 }
 
+/// Of two planes that a node would pass with `step`: the one onto which alone it has to be brought, or both.
+std::uint8_t NewtonCloth::onto_one(const ZoneNode& z, const NodeNearby& near, const Column3& step) {
+  const auto gap = [&](int k, const Column3& way) { return Real(near.gap[k]) + column(near.normal[k]).dot(way); };
+  for (int k = 0; k < 2; ++k) {
+    const Column3 normal = column(near.normal[k]), along = z.inverse * normal;
+    if (gap(1 - k, step - gap(k, step) / normal.dot(along) * along) >= 0) return std::uint8_t(1 << k);
+  }
+  return 3;
+}
+
 void NewtonCloth::sweep(const ClothSystem& s) {
   for (ZoneNode& z : zone_) {
     const Index n = z.node;
@@ -53,6 +63,7 @@ void NewtonCloth::sweep(const ClothSystem& s) {
     for (int k = 0; k < near.count; ++k)
       if (near.pinched || Real(near.gap[k]) + column(near.normal[k]).dot(so_far + step) < 0)
         touching |= std::uint8_t(1 << k);
+    if (touching == 3 && near.count == 2 && !near.blocked) touching = onto_one(z, near, so_far + step);
     if (touching == 1 && z.kind == State::sticks) {
       step = -z.slip - Real(near.gap[0]) * column(near.normal[0]) - so_far;
     } else if (touching == 1) {

@@ -11,6 +11,7 @@ template <class T = Real>
 struct NodeContact {
   bool touches = false, held = false;  // held: no direction is left
   Vector3<T> normal, second;           // at right angles; second: 0 unless it is pressed onto two planes
+  Vector3<T> beside;                   // normal of a plane that it touches unpressed, at right angles to both; or 0
   Vector3<T> moved;
   T press = 0;
 
@@ -28,8 +29,36 @@ struct NodeContact {
     const Vector3<T> fresh = tangential(own);
     const T length = norm(fresh);
     if (length < T(0.05)) return;  // as a plane before it
+    add_second((1 / length) * fresh);
+  }
+  /// A plane that it is not pressed onto: `beside`.
+  KOKKOS_INLINE_FUNCTION void add_beside(const Vector3<T>& own) {
+    if (dot(beside, beside) > 0) return;
+    const Vector3<T> fresh = tangential(own);
+    const T length = norm(fresh);
+    if (length < T(0.05)) return;
+    beside = (1 / length) * fresh;
+  }
+  /// `next` after Coulomb friction: it slips along the surface by `loss` (m) less, at most to a standstill.
+  KOKKOS_INLINE_FUNCTION Vector3<T> with_friction(const Vector3<T>& next, T loss) const {
+    const Vector3<T> slip = tangential(next - moved);
+    const T length = norm(slip);
+    return length > loss ? next - (loss / length) * slip : next - slip;
+  }
+  /// The same of a node at `shift`. Where friction would move it into the plane beside, it slips along both.
+  KOKKOS_INLINE_FUNCTION Vector3<T> slipped(const Vector3<T>& shift, const Vector3<T>& next,
+                                            std::type_identity_t<T> loss) const {
+    const Vector3<T> after = with_friction(next, loss);
+    if (!(dot(after - shift, beside) < 0)) return after;
+    NodeContact both = *this;
+    both.add_second(beside);
+    return both.with_friction(next - dot(next - shift, beside) * beside, loss);
+  }
+
+ private:
+  KOKKOS_INLINE_FUNCTION void add_second(const Vector3<T>& fresh) {
     held = dot(second, second) > 0;
-    second = (1 / length) * fresh;
+    second = fresh;
   }
 };
 
@@ -56,7 +85,7 @@ struct TouchedSolids {
   KOKKOS_INLINE_FUNCTION void add(const Slice<const Solid>& solids, std::size_t b, const NearSolid<T>& own) {
     for (int k = 0; k < count; ++k) {
       if (!alike(solids(solid[k]), normal(k), solids(b), own.at.normal)) continue;
-      if (!(own.at.phi < phi(k))) return;
+      if (!(own.at.phi - own.kept < phi(k) - near[k].kept)) return;
       solid[k] = b;
       near[k] = own;
       return;

@@ -222,40 +222,39 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION NodeContact<T> contact(const NodeTerms& t, const Vector3<T>& shift, Vector3<T>& push,
                                                 Real compression, const Each& each) const {
     std::size_t solid = 0;
-    SolidDistance<T> at{};
+    NearSolid<T> near{};
     int count = 0;
     DRENCH_ROLLED
     for (std::size_t b = 0; b < solids.extent(0) && count < 2; ++b) {
-      const SolidDistance<T> own = solid_distance(solids(b), t.start, shift);
-      if (!in_contact(solids(b), own, t)) continue;
+      const NearSolid<T> own = near_solid(solids(b), t.start, shift, t.clearance);
+      if (!in_contact(own, t)) continue;
       solid = b;
-      at = own;
+      near = own;
       ++count;
     }
     if (count == 0) return {};
     if (count > 1) return contact_with_several(t, shift, push, compression, each);
-    const NodeContact<T> c = contact_with(solid, at, t, shift, push);
-    each(solid, -c.press * at.normal);
+    const NodeContact<T> c = contact_with(solid, near, t, shift, push);
+    each(solid, -c.press * near.at.normal);
     return c;
   }
-  /// The same of a node that one solid is next to, `at` that distance; if it is in contact.
+  /// The same of a node that one solid is next to; if it is in contact.
   template <class T>
-  KOKKOS_INLINE_FUNCTION NodeContact<T> contact_with(std::size_t solid, const SolidDistance<T>& at, const NodeTerms& t,
+  KOKKOS_INLINE_FUNCTION NodeContact<T> contact_with(std::size_t solid, const NearSolid<T>& near, const NodeTerms& t,
                                                      const Vector3<T>& shift, Vector3<T>& push) const {
     NodeContact<T> c;
-    if (!in_contact(solids(solid), at, t)) return c;
+    if (!in_contact(near, t)) return c;
     c.touches = true;
-    c.press = larger(T(0), -dot(push, at.normal));
-    c.normal = at.normal;
+    c.press = larger(T(0), -dot(push, near.at.normal));
+    c.normal = near.at.normal;
     c.moved = dt * surface_velocity(solids(solid), t.start, shift);
-    push += c.press * at.normal;
+    push += c.press * near.at.normal;
     return c;
   }
-  /// Does a solid at that distance hold the node?
+  /// Does a solid next to the node hold it?
   template <class T>
-  KOKKOS_INLINE_FUNCTION static bool in_contact(const Solid& solid, const SolidDistance<T>& at, const NodeTerms& t) {
-    const Real range = Real(0.01) * t.clearance.thickness;  // beyond the distance that it keeps
-    return at.phi < t.clearance.thickness + range && at.phi < kept_from(solid, t.start, t.clearance) + range;
+  KOKKOS_INLINE_FUNCTION static bool in_contact(const NearSolid<T>& near, const NodeTerms& t) {
+    return near.at.phi < near.kept + Real(0.01) * t.clearance.thickness;  // that far beyond the distance that it keeps
   }
   template <class T, class Each>
   KOKKOS_FUNCTION DRENCH_SELDOM NodeContact<T> contact_with_several(const NodeTerms& t, const Vector3<T>& shift,
@@ -265,8 +264,8 @@ struct ClothSystem {
     TouchedSolids<T> touched;
     const Real thickness = t.clearance.thickness;
     for (std::size_t b = 0; b < solids.extent(0) && touched.count < touched.most; ++b) {
-      const SolidDistance<T> at = solid_distance(solids(b), t.start, shift);
-      if (in_contact(solids(b), at, t)) touched.add(solids, b, {at, kept_from(solids(b), t.start, t.clearance)});
+      const NearSolid<T> own = near_solid(solids(b), t.start, shift, t.clearance);
+      if (in_contact(own, t)) touched.add(solids, b, own);
     }
     T squeeze = 0;  // of all pairs on each of their two solids
     const T rigid = t.rigid_share;
@@ -304,21 +303,16 @@ struct ClothSystem {
     if (!(c.press > 0) && touched.first < 0) {
       c.normal = touched.normal(0);
       c.moved = moved(0);
+      return c;
     }
+    for (int k = 0; k < touched.count; ++k)
+      if (!touched.holds_halfway(k) && !(touched.held[k] > 0)) c.add_beside(touched.normal(k));
     return c;
   }
   template <class T>
   KOKKOS_INLINE_FUNCTION NodeContact<T> contact(const NodeTerms& t, const Vector3<T>& shift, Vector3<T>& push,
                                                 Real compression) const {
     return contact(t, shift, push, compression, [](std::size_t, const Vector3<T>&) {});
-  }
-  /// A shift after Coulomb friction: it slips along the surface by `loss` (m) less, at most to a standstill.
-  template <class T>
-  KOKKOS_INLINE_FUNCTION static Vector3<T> with_friction(const NodeContact<T>& c, const Vector3<T>& shift,
-                                                         std::type_identity_t<T> loss) {
-    const Vector3<T> slip = c.tangential(shift - c.moved);
-    const T length = norm(slip);
-    return length > loss ? shift - (loss / length) * slip : shift - slip;
   }
   /// The next iterate of a node from the last two and r_n: one Jacobi step, then Chebyshev's ω. `touching`: false where
   /// there are no solids, for a kernel with fewer registers.
@@ -332,7 +326,7 @@ struct ClothSystem {
     }
     const NodeContact<T> c = contact(t, shift, step, t.compression / t.diagonal);
     Vector3<T> next = shift + step;
-    if (c.press > 0) next = with_friction(c, next, t.friction * c.press);
+    if (c.press > 0) next = c.slipped(shift, next, t.friction * c.press);
     if (omega != 1) next = omega * (next - before) + before;
     return project_out(solids, t.start, next, t.clearance);
   }
@@ -354,7 +348,7 @@ struct ClothSystem {
     NodeContact<T> here = c;
     here.moved = {};
     const T loss = t.friction * c.press / t.diagonal;
-    const Vector3<T> after = with_friction(here, slip + (1 / T(t.diagonal)) * on, loss);
+    const Vector3<T> after = here.slipped(slip, slip + (1 / T(t.diagonal)) * on, loss);
     return left - on + t.diagonal * (after - slip);
   }
   /// A node's share of the residual's goal (cloth.hpp), N; `floor`: ½ ε L̄, m.

@@ -62,9 +62,9 @@ struct Squeezing {
     const NodeTerms t = cloth.terms(n);
     Double3 normal;
     for (std::size_t b = 0; b < cloth.solids.extent(0) && !cloth.pinned(n); ++b) {
-      const SolidDistance<Real> at = solid_distance(cloth.solids(b), cloth.start(n), Real3{});
-      if (!ClothSystem::in_contact(cloth.solids(b), at, t)) continue;
-      normal = widen(at.normal);
+      const NearSolid<Real> near = near_solid(cloth.solids(b), cloth.start(n), Real3{}, t.clearance);
+      if (!ClothSystem::in_contact(near, t)) continue;
+      normal = widen(near.at.normal);
       break;
     }
     wall(n) = normal;

@@ -134,7 +134,7 @@ void gather_multipliers(const Cloth& cloth, ClothSolverWork& solver, const Cloth
         const NodeTerms t = s.terms(n);
         const NodeContact<> c = s.contact(t, anchor(n), step, t.compression / t.inertia);
         if (c.press > 0) {
-          const Real3 next = s.with_friction(c, anchor(n) + step, s.friction(n) * c.press);
+          const Real3 next = c.slipped(anchor(n), anchor(n) + step, s.friction(n) * c.press);
           shift(n) = project_out(s.solids, s.start(n), next, t.clearance);
         } else {
           shift(n) = held_out(s.solids, s.start(n), anchor(n), free, t.clearance);

@@ -82,14 +82,13 @@ struct MoveCloth {
     const std::size_t bodies = materials(n).self_collision ? 0 : solids.extent(0);
     for (std::size_t b = 0; b < bodies; ++b) {
       const Solid& solid = solids(static_cast<std::int64_t>(b));
-      const SolidDistance contact = solid_distance(solid, x, shift);
-      if (!(contact.phi < thickness)) continue;
-      const NearSolid<Real> own{contact, kept_from(solid, x, clearance)};
+      const NearSolid<Real> own = near_solid(solid, x, shift, clearance);
+      const SolidDistance<>& contact = own.at;
       if (!(contact.phi < own.kept)) continue;
       const Real distance = distance_to_keep(solids, b, own, x, shift, clearance);
       if (!(contact.phi < distance)) continue;
       v = without_inward(v, contact.normal, surface_velocity(solid, x, shift));
-      shift = to_distance(solid, x, shift, contact, distance);
+      shift = to_distance(solid, x, shift, own, distance);
     }
     position(n) = x + shift;
     if (clearance.least < Real(0.999) * thickness)
