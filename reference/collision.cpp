@@ -85,7 +85,8 @@ Vector3d own_place(const PlacedBody& placed, const Vector3d& x) {
   return vec(placed.body->center) + placed.pose.orientation.conjugate() * (x - placed.pose.position);
 }
 
-/// Is x, where a body has no distance, on the lattice of a part of a mesh, which is not there?
+/// The body has no distance at x. Is that because a part of a mesh is absent there, and not because x is beyond its
+/// lattice?
 bool is_nowhere(const PlacedBody& placed, const Vector3d& x) {
   if (!placed.body->has_parts()) return false;
   const DistanceField& field = lattice_of(placed);
@@ -227,7 +228,7 @@ std::optional<NearBody> Clearance::near(const PlacedBody& body, const Vector3d& 
   const Vector3d moved = start + dt * body.velocity_at(start);
   if (look(moved)) {
     found.kept = std::min(thickness, found.distance + release);
-    if (found.distance < 0 && found.kept < thickness) {
+    if (found.distance < 0 && found.kept < 0.999 * thickness) {
       found.distance += found.normal.dot(x - moved);
       found.slope = 1;
       found.plane = true;

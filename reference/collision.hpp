@@ -83,7 +83,7 @@ struct Clearance {
   double thickness = 0, release = 0, dt = 0;  // m, m, s
   Eigen::Vector3d start{0, 0, 0};             // m
   double least = 0;                           // m: what it keeps from any body
-  /// One of the bodies as the node at x sees it (docs/theory/cloth.md, (26b)); none where it has no distance.
+  /// One of the bodies as the node at x sees it (docs/theory/cloth.md, (26b), (26d)); none where it has no distance.
   std::optional<NearBody> near(const PlacedBody& body, const Eigen::Vector3d& x) const;
 };
 Clearance clearance_of(const ReferenceState& state, const std::vector<PlacedBody>& bodies, Index n, double dt);

@@ -218,6 +218,8 @@ class PartDistances {
     rest_ = make(Part::none);
   }
 
+  static constexpr double diagonals = 3.5;  // of two cells, over their edge
+
   /// Where a search for the next point of a row begins.
   using Near = std::array<Index, 3>;
   using Distances = std::array<double, 2>;  // m
@@ -236,12 +238,14 @@ class PartDistances {
     if (around > 1) return Distances{-with_rest[0], -with_rest[1]};
     // x is inside one of the two solids and in front of the other part. The nearest triangle shows which: x is behind
     // it or in front of it. Below the border between the parts x is behind both, and the same rule gives distances
-    // without kinks (docs/dev/contacts.md). Where the two change places, the distances jump: of the part in front only
-    // what cloth can meet is kept.
+    // without kinks (docs/dev/contacts.md) away from the border. Where the nearer part changes, both distances jump.
+    // Therefore the part in front is there only as far as cloth reaches, and so far that no cell lacks both parts.
     const std::size_t nearer = own[0] < own[1] ? 0 : 1, inside = is_behind(nearer, near, x) ? nearer : 1 - nearer;
+    const double front = own[1 - inside],
+                 farthest = std::max(reach, own[inside] + diagonals * surface_.body.field.spacing);
     Distances found;
     found[inside] = -with_rest[inside];
-    found[1 - inside] = own[1 - inside] > reach ? DistanceField::nowhere : own[1 - inside];
+    found[1 - inside] = front > farthest ? DistanceField::nowhere : front;
     return found;
   }
 

@@ -95,8 +95,8 @@ struct Body {
   std::vector<std::array<Index, 3>> mesh_triangles;
   DistanceField field;  // of a closed mesh
   // Where two parts of its surface face each other closely, the distance to each of them together with the rest of the
-  // surface (setup/facing_parts.hpp). The first stands on the points of `field`, the second on those near the parts:
-  // `nowhere` where both equal `field`. Either is nowhere deep below the other part.
+  // surface (setup/facing_parts.hpp). The first stands on the points of `field`; the second stands on those near the
+  // parts and is `nowhere` where both would equal `field`. Deep below one part the other one is nowhere.
   std::array<DistanceField, 2> parts;
   Deformation shape;  // of one that changes its shape, whose pose stands still; else empty
 

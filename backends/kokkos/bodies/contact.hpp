@@ -76,8 +76,9 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vec
   const T of_z = value[1] - value[0], phi = value[0] + w[2] * of_z;
   const Vector3<T> gradient{of_x[0] + w[2] * (of_x[1] - of_x[0]), of_y[0] + w[2] * (of_y[1] - of_y[0]), of_z};
   const T length = norm(gradient);
+  // At or next to points without a distance (Body::parts).
+  if (!(phi < far_away && length < T(1e15))) return {no_part, {0, 0, 0}};
   if (!(length > 0)) return {phi, {0, 1, 0}};
-  if (!(length < T(1e15))) return {no_part, {0, 0, 0}};  // next to points without a distance (Body::parts)
   return {phi, (1 / length) * gradient, larger(inverse * length, T(0.5))};
 }
 
@@ -215,7 +216,7 @@ struct NearSolid {
   Real kept;
   bool plane = false;  // a plane stands for it: near_solid
 };
-/// near_solid for a node that begins the step inside one of the solids.
+/// near_solid for a node that keeps less than its thickness from one of the solids.
 template <class T>
 KOKKOS_FUNCTION DRENCH_SELDOM NearSolid<T> near_solid_inside(const Solid& solid, const Real3& x,
                                                              const Vector3<T>& shift, const Clearance& clearance) {
@@ -223,12 +224,12 @@ KOKKOS_FUNCTION DRENCH_SELDOM NearSolid<T> near_solid_inside(const Solid& solid,
   const SolidDistance<T> start = solid_distance(solid, x, moved);
   if (!(start.phi < no_part)) return {start, -far_away};
   const Real kept = kept_from(Real(start.phi), clearance);
-  if (!(start.phi < 0 && kept < clearance.thickness)) return {solid_distance(solid, x, shift), kept};
+  if (!(start.phi < 0 && kept < Real(0.999) * clearance.thickness)) return {solid_distance(solid, x, shift), kept};
   return {{start.phi + dot(start.normal, shift - moved), start.normal}, kept, true};
 }
-/// A solid at x + shift to a node that begins the step at x. Inside of a solid the distance has kinks, between which
-/// iterations would alternate: for the step a plane stands for the solid, through the node's start along the surface
-/// there. A part of a mesh that is not there at the start (no_part) does not hold a node that is inside of others.
+/// A solid as a node at x + shift sees it that begins the step at x. Inside a solid the distance has kinks, and
+/// iterations would alternate between their sides. For a node that begins the step there, a plane stands for the solid
+/// (docs/theory/cloth.md, Eq. 26d). A part of a mesh that is absent at the start (no_part) does not hold it.
 template <class T>
 KOKKOS_INLINE_FUNCTION NearSolid<T> near_solid(const Solid& solid, const Real3& x, const Vector3<T>& shift,
                                                const Clearance& clearance) {

@@ -77,11 +77,11 @@ void NewtonCloth::measure(const ClothSystem& s, Iterate& i) {
     if (solids && !s.pinned(n)) {
       NodeNearby& near = i.near[at(n)];
       see_solids(s, n, i.shift[at(n)], i.residual[at(n)], near);
-      left = near.contact.press > 0 ? ClothSystem::unbalanced(s.terms(n), i.shift[at(n)], near.contact, near.left)
-                                    : near.left;
+      left = near.left;
+      if (near.contact.press > 0)
+        left = ClothSystem::unbalanced(s.terms(n), i.shift[at(n)], near.contact, near.left, &near.blocked);
     }
     at_node(i.left, n) = column(left);
-    if (solids && !s.pinned(n)) i.near[at(n)].see_blocked(left);
     return norm(left);
   });
   constexpr double lost = 1e100;  // also where numbers are not finite
@@ -118,7 +118,7 @@ std::int64_t NewtonCloth::opposite(const ClothSystem& s, std::size_t b, const Ne
 void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual,
                              NodeNearby& near) {
   near.count = 0;
-  near.pinched = false;
+  near.pinched = near.blocked = false;
   near.left = residual;
   near.contact = {};
   if (is_away(n, shift)) return;

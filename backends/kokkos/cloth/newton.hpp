@@ -24,11 +24,6 @@ struct NodeNearby {
   Double3 left;          // what contact leaves of the residual, without friction, N
   bool blocked = false;  // friction presses it into a plane beside those that it is pressed onto
 
-  /// `unbalanced`: of the residual, with friction, N.
-  void see_blocked(const Double3& unbalanced) {
-    blocked = dot(contact.beside, contact.beside) > 0 && !(dot(unbalanced, contact.beside) > 0);
-  }
-
   /// What presses the node into the one plane that it has, or into all of them, N.
   double press(const Double3& residual, bool one) const {
     return pinched || !one ? contact.press : std::max(0.0, -dot(residual, normal[0]));

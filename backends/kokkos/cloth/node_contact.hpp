@@ -45,11 +45,13 @@ struct NodeContact {
     const T length = norm(slip);
     return length > loss ? next - (loss / length) * slip : next - slip;
   }
-  /// The same of a node at `shift`. Where friction would move it into the plane beside, it slips along both.
+  /// The same of a node at `shift`. Where friction would move it into the plane beside, it slips along both, and
+  /// `blocked` becomes true.
   KOKKOS_INLINE_FUNCTION Vector3<T> slipped(const Vector3<T>& shift, const Vector3<T>& next,
-                                            std::type_identity_t<T> loss) const {
+                                            std::type_identity_t<T> loss, bool* blocked = nullptr) const {
     const Vector3<T> after = with_friction(next, loss);
     if (!(dot(after - shift, beside) < 0)) return after;
+    if (blocked != nullptr) *blocked = true;
     NodeContact both = *this;
     both.add_second(beside);
     return both.with_friction(next - dot(next - shift, beside) * beside, loss);

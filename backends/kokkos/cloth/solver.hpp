@@ -338,17 +338,19 @@ struct ClothSystem {
     const NodeContact<T> c = contact(t, shift, left, t.compression);
     return c.press > 0 ? unbalanced(t, shift, c, left) : left;
   }
-  /// The same of a node that contact() has been asked about; `left` is what that left of the residual.
+  /// The same of a node that contact() has been asked about; `left` is what that left of the residual. `blocked`
+  /// becomes true where friction presses the node into a solid that it is not pressed into.
   template <class T>
   KOKKOS_INLINE_FUNCTION static Vector3<T> unbalanced(const NodeTerms& t, const Vector3<T>& shift,
-                                                      const NodeContact<T>& c, const Vector3<T>& left) {
+                                                      const NodeContact<T>& c, const Vector3<T>& left,
+                                                      bool* blocked = nullptr) {
     // How far it would slip on with what is left, and how much of that friction takes.
     const Vector3<T> relative = shift - c.moved, slip = counted_slip(relative, c.tangential(relative)),
                      on = c.tangential(left);
     NodeContact<T> here = c;
     here.moved = {};
     const T loss = t.friction * c.press / t.diagonal;
-    const Vector3<T> after = here.slipped(slip, slip + (1 / T(t.diagonal)) * on, loss);
+    const Vector3<T> after = here.slipped(slip, slip + (1 / T(t.diagonal)) * on, loss, blocked);
     return left - on + t.diagonal * (after - slip);
   }
   /// A node's share of the residual's goal (cloth.hpp), N; `floor`: ½ ε L̄, m.
