@@ -124,7 +124,7 @@ void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift
   if (is_away(n, shift)) return;
   const NodeTerms t = s.terms(n);
   NearSolid<double> first{};
-  double beyond[NodeNearby::most];       // what each solid keeps free, m
+  double beyond[NodeNearby::most];       // how much farther each is than it has to be, m
   double nearest = 1e300, farthest = 0;  // of the solids
   double narrowest = 1e300;              // of the gaps that squeeze the node
   const double thickness = double(t.clearance.thickness), reach = thickness + std::max(thickness, 0.2 * mean_edge_);
