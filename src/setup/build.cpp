@@ -234,6 +234,7 @@ void settle_nodes_in_solids(Setup& setup) {
         const double distance = signed_distance(body, m.mesh.rest_position[n], normal);
         if (distance >= -rounding_of(body)) continue;
         deepest = std::max(deepest, -distance);
+        setup.deepest_inside = std::max(setup.deepest_inside, deepest);
         ++inside;
         break;
       }

@@ -17,6 +17,7 @@ struct Setup {
   HostState state;
   std::vector<std::string> warnings;  // one line each
   std::vector<std::string> notes;     // what the set-up has done to meshes, and their pieces; one line each
+  double deepest_inside = 0;          // m: of the free nodes that start inside a solid body
 };
 
 /// Reads mesh files, places and samples cloths, bodies and liquid. The same scene gives the same set-up, bit for bit.

@@ -33,6 +33,7 @@ constexpr double solid_fraction = 0.6, water = 1000;       // 1, kg/m³
 constexpr double bends[] = {1e-4, 1e-5, 1e-6, 0};          // N·m
 constexpr double longest_steps[] = {0.004, 0.002, 0.001};  // s
 constexpr double shortest_step = 2.5e-4;                   // s
+constexpr double fastest_release = 0.25;                   // m/s: of nodes that start inside the body
 
 /// Everything that the text below has a number for. SI units.
 struct Suggestion {
@@ -47,6 +48,7 @@ struct Suggestion {
   Garment garment;
   double spacing = 0, thickness = 0.001, bend = bends[0], step = longest_steps[0], every = 0.02, end = 1;
   bool self_collision = false;
+  int settle = ClothScene{}.settle;
   Box domain;
   double radius = 0, jet_end = 0, jet_mass = 0, capacity = 0;
   Vec3 nozzle{0, 0, 0}, velocity{0, 0, 0};
@@ -289,6 +291,9 @@ std::string text_of(const Suggestion& s, bool with_body = true) {
   text += fmt::format("    self_collision: {}\n",
                       s.self_collision ? "true              # front and back do not pass through each other; costs time"
                                        : "false             # true for cloth that folds onto itself; costs time");
+  if (s.settle != ClothScene{}.settle)
+    text += fmt::format("    settle: {:<25} # 1; steps over which nodes come out of the body, at most {} m/s fast\n",
+                        s.settle, fastest_release);
   text += fmt::format(
       "    porous:                           # without this section the cloth absorbs nothing\n"
       "      solid_fraction: {}             # 1; fraction of the volume that is fibre; the rest holds water\n"
@@ -333,6 +338,16 @@ void choose_step(Suggestion& s, std::vector<std::string>& warnings) {
       if (cloth_iterations(m, m.cloths[0], step).count <= 0.9 * most && passes <= 20) return;
     }
   }
+}
+
+/// Gives nodes that start deep inside the body more steps to come out where steps are short, so that they are not
+/// thrown. Has it changed anything?
+bool slow_down_release(Suggestion& s, const Setup& setup) {
+  const double way = setup.deepest_inside + s.thickness;
+  const int needed = static_cast<int>(std::ceil(way / (fastest_release * s.step)));
+  if (setup.deepest_inside == 0 || needed <= s.settle) return false;
+  s.settle = needed;
+  return true;
 }
 
 /// The first steps for real; where one does not converge, half the step, and a limper fabric where that is too short.
@@ -462,7 +477,8 @@ FirstScene first_scene(const std::string& mesh, const std::string& body, const T
                     "solve for a stiffer fabric may not converge; a mesh with more regular triangles allows more",
                     mesh, s.garment.least_height, s.garment.edge, s.bend));
   if (trial) try_steps(s, trial, result.warnings);
-  const Setup setup = build(parse_scene(text_of(s), scene_path));
+  Setup setup = build(parse_scene(text_of(s), scene_path));
+  if (slow_down_release(s, setup)) setup = build(parse_scene(text_of(s), scene_path));
   s.found.insert(s.found.end(), setup.notes.begin(), setup.notes.end());
   s.found.insert(s.found.end(), setup.warnings.begin(), setup.warnings.end());
   result.yaml = text_of(s);

@@ -12,6 +12,7 @@
 
 #include "commands_fixture.hpp"
 #include "scene/load.hpp"
+#include "setup/build.hpp"
 
 namespace drench::test {
 namespace {
@@ -352,6 +353,22 @@ TEST_F(NewScene, ShortensTheStepOrSoftensTheFabricUntilATrialConverges) {
   EXPECT_EQ(parse_scene(never.yaml, "scene.yaml").time.step, 0.004);
   EXPECT_NE(never.warnings[0].find("do not converge, not even with a time.step of 0.00025 s"), std::string::npos)
       << never.warnings[0];
+}
+
+TEST_F(NewScene, BringsNodesOutOfABodySlowlyWhereStepsAreShort) {
+  const std::string mesh = (here() / "garment.obj").string(), body = (here() / "body.obj").string();
+  write_text(mesh, tube(0.6, 1));
+  write_text(body, block({-0.18, 0.2, -0.05}, {0.18, 0.4, 0.05}));
+  for (const double step : {0.004, 0.0005}) {
+    const FirstScene made = first_scene(mesh, body, [&](const Scene& scene) { return scene.time.step <= step; });
+    const Scene scene = parse_scene(made.yaml, "scene.yaml");
+    ASSERT_EQ(scene.time.step, step);
+    EXPECT_EQ(scene.cloths[0].settle == ClothScene{}.settle, step == 0.004) << scene.cloths[0].settle;
+    const drench::Setup setup = build(scene);
+    EXPECT_GT(setup.deepest_inside, 0.02) << "m";
+    EXPECT_LE(setup.model.cloths[0].release, 0.25) << "m/s";
+    expect_units(made.yaml);
+  }
 }
 
 TEST_F(NewScene, FarFromTheOriginIsBroughtThere) {
