@@ -304,11 +304,16 @@ void build_cloth(const ClothScene& c, Model& model, std::vector<std::vector<std:
   material.triangle_count = static_cast<Index>(own.triangles.size());
   const Pins pins = blaming(key + ".pin", [&] { return pinned_nodes(c, placed, edges, lines.warnings); });
   append(mesh, own, c, fabric, edges, pins.pinned, static_cast<Index>(model.cloths.size()));
-  const auto sewn = sewn_pairs(c, own, placed.weld, key);
+  std::size_t unneeded = 0;
+  const auto sewn = sewn_pairs(c, own, placed.weld, key, unneeded);
   append_stitches(mesh, c, own, fabric, sewn, placed.weld, material.first_node);
   if (!sewn.empty())
     lines.notes.push_back(
         fmt::format("{}: sew: {} stitches close in {} s", cloth_label(c.name), sewn.size(), c.sew_time));
+  if (unneeded > 0)
+    lines.notes.push_back(
+        fmt::format("{}: sew: pairs without a stitch, because they are one node or have a common edge: {}",
+                    cloth_label(c.name), unneeded));
   append_patches(model, c, fabric);
   if (needs_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, fabric, rotation_of(c)); });
   warp.emplace_back();

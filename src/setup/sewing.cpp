@@ -157,7 +157,8 @@ Pairs along_each_other(const Chain& a, const Chain& b, const std::vector<Vec3>& 
   return best;
 }
 
-Pairs sewn_pairs(const ClothScene& cloth, const SurfaceMesh& own, const Weld& weld, const std::string& key) {
+Pairs sewn_pairs(const ClothScene& cloth, const SurfaceMesh& own, const Weld& weld, const std::string& key,
+                 std::size_t& unneeded) {
   const std::string label = cloth_label(cloth.name);
   Pairs all;
   for (std::size_t k = 0; k < cloth.sew.size(); ++k) {
@@ -184,7 +185,10 @@ Pairs sewn_pairs(const ClothScene& cloth, const SurfaceMesh& own, const Weld& we
     for (const MeshEdge& e : mesh_edges(own.triangles)) edges.insert({e.a, e.b});
   Pairs kept;
   for (const auto& [a, b] : all)
-    if (a != b && edges.count({std::min(a, b), std::max(a, b)}) == 0) kept.push_back({std::min(a, b), std::max(a, b)});
+    if (a != b && edges.count({std::min(a, b), std::max(a, b)}) == 0)
+      kept.push_back({std::min(a, b), std::max(a, b)});
+    else
+      ++unneeded;
   std::sort(kept.begin(), kept.end());
   kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
   return kept;

@@ -14,10 +14,10 @@
 namespace drench {
 
 /// Pairs of nodes of the cloth's own mesh that are sewn, lower first, each once and in rising order. A pair that is one
-/// node or has an edge needs no stitch. SetupError, with the key to blame below `key`: a loop, group or point that
-/// there is not, a file that cannot be read.
+/// node or has an edge needs no stitch: `unneeded` is increased by their number. SetupError, with the key to blame
+/// below `key`: a loop, group or point that there is not, a file that cannot be read.
 std::vector<std::array<Index, 2>> sewn_pairs(const ClothScene& cloth, const SurfaceMesh& own, const Weld& weld,
-                                             const std::string& key);
+                                             const std::string& key, std::size_t& unneeded);
 
 /// Stitches of the last cloth that was appended: `sewn` close until sew_time, those of `weld` hold from the start. As
 /// stiff as the fabric at their nodes. Nodes are numbered from first_node.

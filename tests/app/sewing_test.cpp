@@ -181,8 +181,10 @@ TEST_F(Sewing, StitchesFollowLoopsGroupsPairsAndFiles) {
   write("seams.txt", "# right side of the left panel\n10 99\n21,110 # both\n\n");
   const std::string file = set_up(obj, "    sew: [{file: seams.txt}]\n").model.scene.cloths[0].sew[0].file;
   EXPECT_NE(file.find("seams.txt"), std::string::npos);
-  const auto pairs = set_up(obj, "    sew: [{file: seams.txt}, {pairs: [[99, 10], [0, 1]]}]\n").model.mesh.stitch;
-  EXPECT_EQ(pairs, (std::vector<std::array<Index, 2>>{{10, 99}, {21, 110}})) << "an edge needs no stitch";
+  const drench::Setup pairs = set_up(obj, "    sew: [{file: seams.txt}, {pairs: [[99, 10], [0, 1], [5, 5]]}]\n");
+  EXPECT_EQ(pairs.model.mesh.stitch, (std::vector<std::array<Index, 2>>{{10, 99}, {21, 110}}));
+  EXPECT_TRUE(any_has(pairs.notes, "pairs without a stitch, because they are one node or have a common edge: 2"));
+  EXPECT_FALSE(any_has(loops.notes, "without a stitch"));
 }
 
 /// Two points of a panel are so near that cleaning makes one of them; a stitch of both is gone, the other stays.
