@@ -350,9 +350,14 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, do
     found.press += force;
     found.surface += force * bodies[b].velocity_at(x);
   };
+  // Of a normal, what is along the directions that are left; 0 for one as those before it.
+  const auto fresh = [&](const Vector3d& normal) {
+    const Vector3d along = found.free * normal;
+    return along.norm() >= 0.05 ? Vector3d(along.normalized()) : Vector3d::Zero();
+  };
   const auto hold = [&](const Vector3d& normal) {
-    const Vector3d fresh = found.free * normal;
-    if (fresh.norm() >= 0.05) found.free -= fresh.normalized() * fresh.normalized().transpose();
+    const Vector3d own = fresh(normal);
+    found.free -= own * own.transpose();
   };
   if (pair.exists) {
     hold(pair.halfway);
@@ -376,8 +381,7 @@ NodeContact ClothProblem::contact(Index n, const Vector3d& x, Vector3d& push, do
   }
   for (const Touched& t : touched) {
     if (pair.holds(t.body) || t.pressed > 0 || !found.beside.isZero(0)) continue;
-    const Vector3d fresh = found.free * t.near.normal;
-    if (fresh.norm() >= 0.05) found.beside = fresh.normalized();
+    found.beside = fresh(t.near.normal);
   }
   return found;
 }

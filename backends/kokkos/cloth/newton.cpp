@@ -203,9 +203,9 @@ bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSyste
   const int cap = std::min(most, most_iterations);
   for (int k = 0; k < cap && !(now_.over_goal <= 1 && k > 0); ++k) {
     stop_if_requested();
-    const bool stands = k >= stands_after && now_.over_goal > 0.5 * past[at(k - 3)];
-    late_ = k >= late_after && (toggled_ > many_toggled || (stands && k / 4 % 2 == 1));
     slow_ = k >= slow_after && now_.over_goal > 0.5 * past[at(k - 3)];
+    const bool stands = slow_ && k >= stands_after && k / 4 % 2 == 1;
+    late_ = stands || (k >= late_after && toggled_ > many_toggled);
     past.push_back(now_.over_goal);
     if (slow_ && relax_locally(s)) {
       ++progress.iterations;

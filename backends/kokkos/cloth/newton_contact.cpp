@@ -63,8 +63,10 @@ void NewtonCloth::sweep(const ClothSystem& s) {
     for (int k = 0; k < near.count; ++k)
       if (near.pinched || Real(near.gap[k]) + column(near.normal[k]).dot(so_far + step) < 0)
         touching |= std::uint8_t(1 << k);
-    if (near.count == 2 && near.blocked && touching != 0) touching = 3;
-    if (touching == 3 && near.count == 2 && !near.blocked) touching = onto_one(z, near, so_far + step);
+    if (near.count == 2 && near.blocked && touching != 0)
+      touching = 3;
+    else if (near.count == 2 && touching == 3)
+      touching = onto_one(z, near, so_far + step);
     if (touching == 1 && z.kind == State::sticks) {
       step = -z.slip - Real(near.gap[0]) * column(near.normal[0]) - so_far;
     } else if (touching == 1) {
@@ -79,7 +81,7 @@ void NewtonCloth::sweep(const ClothSystem& s) {
       Column3 along = z.inverse * (normal - s.friction(n) * z.toward);
       if (!(normal.dot(along) > 0)) along = z.inverse * normal;
       step -= gap / normal.dot(along) * along;
-    } else if (touching != 0) {  // others, or several: onto each in turn
+    } else if (touching != 0) {  // another one, or several: onto each in turn
       for (int k = 0; k < near.count; ++k) {
         if ((touching >> k & 1) == 0) continue;
         const Column3 normal = column(near.normal[k]), along = z.inverse * normal;

@@ -26,18 +26,12 @@ struct NodeContact {
       normal = own;
       return;
     }
-    const Vector3<T> fresh = tangential(own);
-    const T length = norm(fresh);
-    if (length < T(0.05)) return;  // as a plane before it
-    add_second((1 / length) * fresh);
+    const Vector3<T> fresh = fresh_direction(own);
+    if (dot(fresh, fresh) > 0) add_second(fresh);
   }
   /// A plane that it is not pressed onto: `beside`.
   KOKKOS_INLINE_FUNCTION void add_beside(const Vector3<T>& own) {
-    if (dot(beside, beside) > 0) return;
-    const Vector3<T> fresh = tangential(own);
-    const T length = norm(fresh);
-    if (length < T(0.05)) return;
-    beside = (1 / length) * fresh;
+    if (!(dot(beside, beside) > 0)) beside = fresh_direction(own);
   }
   /// `next` after Coulomb friction: it slips along the surface by `loss` (m) less, at most to a standstill.
   KOKKOS_INLINE_FUNCTION Vector3<T> with_friction(const Vector3<T>& next, T loss) const {
@@ -46,7 +40,7 @@ struct NodeContact {
     return length > loss ? next - (loss / length) * slip : next - slip;
   }
   /// The same of a node at `shift`. Where friction would move it into the plane beside, it slips along both, and
-  /// `blocked` becomes true.
+  /// `blocked` becomes true (docs/theory/cloth.md, section 11).
   KOKKOS_INLINE_FUNCTION Vector3<T> slipped(const Vector3<T>& shift, const Vector3<T>& next,
                                             std::type_identity_t<T> loss, bool* blocked = nullptr) const {
     const Vector3<T> after = with_friction(next, loss);
@@ -58,6 +52,12 @@ struct NodeContact {
   }
 
  private:
+  /// Of a plane's normal, of unit length: what is at right angles to the planes so far; 0 for a plane as one of them.
+  KOKKOS_INLINE_FUNCTION Vector3<T> fresh_direction(const Vector3<T>& own) const {
+    const Vector3<T> fresh = tangential(own);
+    const T length = norm(fresh);
+    return length < T(0.05) ? Vector3<T>{} : (1 / length) * fresh;
+  }
   KOKKOS_INLINE_FUNCTION void add_second(const Vector3<T>& fresh) {
     held = dot(second, second) > 0;
     second = fresh;
