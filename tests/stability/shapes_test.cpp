@@ -43,6 +43,25 @@ std::string tensor_grid(const std::vector<double>& lines) {
   return text;
 }
 
+/// A fine sheet, 120 × 120 nodes 5 mm apart, that hangs from its upper edge and is creased in both directions.
+std::string creased_sheet() {
+  constexpr int n = 120;
+  std::string text;
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const double turn = std::numbers::pi / 4;
+      text +=
+          fmt::format("v {} {} {}\n", 0.004 * i, -0.004 * j, 0.002 * std::sin(turn * i) * std::sin(turn * j + 0.3 * i));
+    }
+  for (int j = 0; j + 1 < n; ++j)
+    for (int i = 0; i + 1 < n; ++i) {
+      const int a = 1 + i + j * n, b = a + 1, c = a + n, d = c + 1;
+      text += (i + j) % 2 == 0 ? fmt::format("f {} {} {}\nf {} {} {}\n", a, c, d, a, d, b)
+                               : fmt::format("f {} {} {}\nf {} {} {}\n", a, c, b, b, c, d);
+    }
+  return text;
+}
+
 /// A prism over a star: a closed mesh with teeth.
 std::string gear(int teeth, double inner, double outer, double height) {
   std::string text;
@@ -103,6 +122,24 @@ TEST(shapes, turned_inside_out_at_the_start) {
       run.print(method.c_str());
     }
   }
+}
+
+TEST(shapes, fine_creased_sheet_unfolds) {
+  // Far from rest: on a CPU the linear solves go on with a factor of all pairs that bend.
+  const MeshFile mesh("creased.obj", creased_sheet());
+  WatchedRun run(fmt::format(R"(drench: 1
+time: {{step: 0.01, end: 1}}
+cloth:
+  - name: sheet
+    mesh: {{file: "{}"}}
+    areal_density: 0.2
+    stretch: 500
+    bend: 1.0e-3
+    pin: [{{box: {{min: [-1, -0.001, -1], max: [1, 0.001, 1]}}}}]
+)",
+                             mesh.path.string()));
+  run.steps(4);
+  run.print("creased");
 }
 
 TEST(shapes, pins_that_turn_it_inside_out) {

@@ -188,6 +188,12 @@ double BlockCholesky::work() const {
   return sum;
 }
 
+double BlockCholesky::numbers() const {
+  if (panels_.empty()) return 0;
+  const Panel& last = panels_.back();
+  return double(last.at) + double(last.columns()) * double(last.stride);
+}
+
 void BlockCholesky::clear() {
   constexpr std::size_t length = 1 << 16;
   host_parallel("drench::cloth::factor_clear", static_cast<Index>((values_.size() + length - 1) / length),

@@ -19,12 +19,15 @@ class BlockCholesky {
     Index stride;
   };
 
+  BlockCholesky() = default;
   /// `near[i]`: the nodes whose block with i is not 0, without i.
   explicit BlockCholesky(const NodeGraph& near);
 
   Index size() const { return static_cast<Index>(place_.size()); }
   /// Multiplications of a factorisation.
   double work() const;
+  /// Numbers that it stores.
+  double numbers() const;
   /// Memory for the factor; without it there is the pattern only.
   void make_room();
 

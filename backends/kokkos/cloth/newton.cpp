@@ -14,7 +14,9 @@ namespace {
 constexpr int most_iterations = 40;  // of one solve
 constexpr int most_linear = 60;      // iterations of a linear solve
 constexpr double forcing = 0.05;     // of the linear residual that may be left
-constexpr int factor_cost = 8;       // a new factor takes as long as so many linear iterations
+constexpr double stagnates = 1e-8;   // of the square of the linear residual that an iteration takes away: no progress
+constexpr double factor_cost = 8;    // a new factor takes as long as so many linear iterations
+constexpr int usual_linear = 10;     // iterations of a linear solve with a factor of all pairs
 constexpr Index many_changed = 20;   // nodes whose free directions differ from the factor's, likewise
 constexpr Index few_toggled = 2;     // nodes that may change their state while steps are combined
 constexpr double most_growth = 2;    // of the residual that a step may cause
@@ -60,6 +62,9 @@ void NewtonCloth::prepare(const Cloth& cloth, const ClothSystem& s, bool pushes_
   placed_ = cloth.moved;
   dt_ = s.dt;
   warm_ = false;
+  excess_ = 0;
+  tangent_.hold_edges();
+  cost_ = factor_cost;
   std::fill(state_.begin(), state_.end(), State::apart);
 }
 
@@ -237,8 +242,9 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
   if (!first || !warm_) tangent_.update(s, now_.shift);
   find_touching(s);
   set_contact_rows(s);
+  choose_factor(s);
   // A factor is made again when the old one has cost as many linear iterations more than it took when it was new.
-  const bool fresh_factor = !warm_ || changed_ > many_changed || spent_ > factor_cost;
+  const bool fresh_factor = !warm_ || changed_ > many_changed || spent_ > cost_;
   if (fresh_factor) {
     tangent_.factor(s, freedom_);
     for (Index n = 0; n < nodes_; ++n) factor_free_[at(n)] = freedom_[at(n)].free;
@@ -247,6 +253,7 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
   }
   const int linear = solve_linear(s);
   if (fresh_factor) linear_when_new_ = linear;
+  excess_ += std::max(0, linear - usual_linear);
   spent_ += std::max(0, linear - linear_when_new_);
   // In a buckling sheet the tangent is too stiff, because it omits the negative terms of the Hessian: all steps point
   // the same way and are too short. Steps of opposite directions overshoot.
@@ -262,6 +269,16 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
     move(s, now_);
   }
   std::swap(now_, next_);
+}
+
+/// Once the linear iterations that a factor of all pairs would have saved in this time step have cost as much as that
+/// factor, it replaces the cheap one.
+void NewtonCloth::choose_factor(const ClothSystem& s) {
+  if (!tangent_.holds_all() && excess_ > tangent_.cost_of_all()) {
+    tangent_.hold_all(s);
+    warm_ = false;
+    cost_ = std::max(factor_cost, tangent_.cost_of_all());
+  }
 }
 
 /// A step of a node that touches a solid, as far as the solid's surface goes on as a plane there: beyond an edge it
@@ -305,7 +322,7 @@ void NewtonCloth::move(const ClothSystem& s, const Iterate& from) {
 }
 
 /// change_ := d with K d = right_ by generalised conjugate residuals (the rows of friction are not symmetric), then +
-/// d_c.
+/// d_c. They break down where an image is orthogonal to the residual: all further images are, too.
 int NewtonCloth::solve_linear(const ClothSystem& s) {
   tangent_.multiply(s, freedom_, true, correction_, room_);
   NodeVector& r = right_;
@@ -328,6 +345,7 @@ int NewtonCloth::solve_linear(const ClothSystem& s) {
     const double norm = std::sqrt(sums_.dot(q, q));
     if (!(norm > 0)) return k;
     const Real scale = Real(1 / norm), a = Real(sums_.dot(r, q) / norm);
+    if (double(a) * double(a) <= stagnates * sums_.dot(r, r)) return k;
     host_parallel("drench::cloth::newton_solution", nodes_, [&](const Index n) {
       at_node(q, n) *= scale;
       at_node(z, n) *= scale;

@@ -79,6 +79,7 @@ class NewtonCloth {
   bool is_away(Index n, const Double3& shift) const;
   void start(const ClothSystem& s, const Entries<const Real3>& displacement);
   void iterate(const ClothSystem& s, bool first);
+  void choose_factor(const ClothSystem& s);
   double cosine_between(const NodeVector& a, const NodeVector& b);
   int solve_linear(const ClothSystem& s);
   void make_orthogonal(int k);
@@ -117,6 +118,8 @@ class NewtonCloth {
   bool slow_ = false;                 // the residual has not halved in three iterations
   double first_length_ = 1;           // of a step that is tried
   int linear_when_new_ = 0;           // iterations of the linear solve for which the factor was made
+  int excess_ = 0;                    // linear iterations of this time step that a factor of all pairs would have saved
+  double cost_ = 0;                   // of a new factor, in linear iterations
   int spent_ = 0;                     // linear iterations that a new factor would have saved since
   Index changed_ = 0, toggled_ = 0;   // nodes whose free directions differ from the factor's; whose state has changed
 

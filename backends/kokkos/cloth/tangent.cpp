@@ -1,6 +1,7 @@
 #include "cloth/tangent.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -13,7 +14,10 @@ namespace {
 
 constexpr Real negligible = Real(1e-10);  // of the largest entry of a block
 constexpr double most_whole_work = 1e8;   // multiplications for which the factor holds all pairs that bend, some 3 ms
-constexpr double least_growth = 4;  // of the multiplications with all pairs: 8 to 30 times those of the edges alone
+constexpr double least_growth = 4;      // of the multiplications with all pairs: 8 to 30 times those of the edges alone
+constexpr double most_numbers = 2.5e8;  // of a factor with all pairs, as estimated
+constexpr double work_per_iteration = 50;  // multiplications of a factor, per number of the factor of the edges, in
+                                           // the time of a linear iteration
 
 std::vector<Index> free_nodes(const Cloth& cloth, const ClothSystem& s) {
   std::vector<Index> free;
@@ -25,18 +29,6 @@ std::vector<Index> rows_of(const std::vector<Index>& free, Index nodes) {
   std::vector<Index> row(static_cast<std::size_t>(nodes), -1);
   for (std::size_t k = 0; k < free.size(); ++k) row[static_cast<std::size_t>(free[k])] = static_cast<Index>(k);
   return row;
-}
-
-/// The free nodes that share an edge, or any link (`all`).
-NodeGraph pattern_of(const ClothSystem& s, const std::vector<Index>& free, const std::vector<Index>& row_of,
-                     const std::vector<Index>& edge_of, bool all) {
-  NodeGraph near(free.size());
-  for (std::size_t k = 0; k < free.size(); ++k)
-    for (Index l = s.link_start(free[k]); l < s.link_start(free[k] + 1); ++l) {
-      const Index other = row_of[static_cast<std::size_t>(s.link(l).other)];
-      if (other >= 0 && (all || edge_of[static_cast<std::size_t>(l)] >= 0)) near[k].push_back(other);
-    }
-  return near;
 }
 
 /// The edges by their nodes.
@@ -99,21 +91,47 @@ ClothTangent::ClothTangent(const Cloth& cloth, const ClothSystem& s)
       own_(at(nodes_), Matrix3::Zero()),
       shared_(at(edges_), Matrix3::Zero()),
       bending_(at(nodes_)),
-      near_bending_(at(nodes_)),
       of_triangle_(6 * at(triangles_)),
       free_(free_nodes(cloth, s)),
-      row_of_(rows_of(free_, nodes_)),
-      factor_(NodeGraph{}) {
+      row_of_(rows_of(free_, nodes_)) {
   find_edges(s, triangles_);
-  factor_ = BlockCholesky(pattern_of(s, free_, row_of_, edge_of_, false));
-  if (least_growth * factor_.work() <= most_whole_work) {
-    BlockCholesky all(pattern_of(s, free_, row_of_, edge_of_, true));
-    whole_ = all.work() <= most_whole_work;
-    if (whole_) factor_ = std::move(all);
+  for (Index n = 0; n < nodes_; ++n)
+    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) bending_[at(n)] -= s.link(l).bend;
+  edge_pairs_.cholesky = BlockCholesky(pattern_of(s, false));
+  if (least_growth * edge_pairs_.cholesky.work() <= most_whole_work) {
+    BlockCholesky all(pattern_of(s, true));
+    edge_pairs_.all = all.work() <= most_whole_work;
+    if (edge_pairs_.all) edge_pairs_.cholesky = std::move(all);
   }
-  factor_.make_room();
+  const auto joined =
+      static_cast<double>(std::count_if(edge_of_.begin(), edge_of_.end(), [](Index e) { return e >= 0; }));
+  const double growth = double(edge_of_.size()) / std::max(1.0, joined), numbers = edge_pairs_.cholesky.numbers();
+  cost_of_all_ = numbers * growth * growth > most_numbers
+                     ? std::numeric_limits<double>::infinity()
+                     : edge_pairs_.cholesky.work() * growth * growth * growth / (work_per_iteration * numbers);
+  make_room(s, edge_pairs_);
   solution_.resize(3 * free_.size());
-  find_targets(s);
+}
+
+/// The free nodes that share an edge, or any link (`all`).
+NodeGraph ClothTangent::pattern_of(const ClothSystem& s, bool all) const {
+  NodeGraph near(free_.size());
+  for (std::size_t k = 0; k < free_.size(); ++k)
+    for (Index l = s.link_start(free_[k]); l < s.link_start(free_[k] + 1); ++l) {
+      const Index other = row_of_[at(s.link(l).other)];
+      if (other >= 0 && (all || edge_of_[at(l)] >= 0)) near[k].push_back(other);
+    }
+  return near;
+}
+
+void ClothTangent::hold_all(const ClothSystem& s) {
+  if (!all_pairs_) {
+    all_pairs_ = std::make_unique<Factor>();
+    all_pairs_->cholesky = BlockCholesky(pattern_of(s, true));
+    all_pairs_->all = true;
+    make_room(s, *all_pairs_);
+  }
+  held_ = all_pairs_.get();
 }
 
 void ClothTangent::find_edges(const ClothSystem& s, Index triangles) {
@@ -140,22 +158,23 @@ void ClothTangent::find_edges(const ClothSystem& s, Index triangles) {
   }
 }
 
-void ClothTangent::find_targets(const ClothSystem& s) {
+void ClothTangent::make_room(const ClothSystem& s, Factor& f) const {
+  f.cholesky.make_room();
+  f.bending.resize(at(nodes_));
   const auto target = [&](Index n, Index m) -> Target {
     const Index i = row_of_[at(n)], j = row_of_[at(m)];
-    if (i < 0 || j < 0 || !factor_.is_below(i, j)) return {};
-    const BlockCholesky::Place place = factor_.block(i, j);
+    if (i < 0 || j < 0 || !f.cholesky.is_below(i, j)) return {};
+    const BlockCholesky::Place place = f.cholesky.block(i, j);
     return {static_cast<std::uint32_t>(place.at), place.stride};
   };
   for (Index n = 0; n < nodes_; ++n) {
-    own_target_.push_back(target(n, n));
+    f.own.push_back(target(n, n));
     for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
       const Link link = s.link(l);
       // Terms of a grid's bending hold a node twice: such a link with itself cancels out.
-      const bool held = link.other != n && (whole_ || edge_of_[at(l)] >= 0);
-      link_target_.push_back(held ? target(n, link.other) : Target{});
-      bending_[at(n)] -= link.bend;
-      if (held) near_bending_[at(n)] -= whole_ ? link.bend : std::min(link.bend, Real(0));
+      const bool held = link.other != n && (f.all || edge_of_[at(l)] >= 0);
+      f.link.push_back(held ? target(n, link.other) : Target{});
+      if (held) f.bending[at(n)] -= f.all ? link.bend : std::min(link.bend, Real(0));
     }
   }
 }
@@ -263,8 +282,9 @@ void ClothTangent::multiply(const ClothSystem& s, const std::vector<NodeFreedom>
 }
 
 void ClothTangent::factor(const ClothSystem& s, const std::vector<NodeFreedom>& freedom) {
-  factor_.clear();
-  Real* const values = factor_.values();
+  Factor& factor = *held_;
+  factor.cholesky.clear();
+  Real* const values = factor.cholesky.values();
   // Entries that rounding alone makes of a plane sheet would lead to subnormal numbers, with which a factor takes ten
   // times as long.
   const auto put = [values](const Target& to, const Matrix3& k) {
@@ -276,39 +296,39 @@ void ClothTangent::factor(const ClothSystem& s, const std::vector<NodeFreedom>& 
   host_parallel("drench::cloth::tangent_factor", nodes_, [&, this](const Index n) {
     if (row_of_[at(n)] < 0) return;
     const NodeFreedom& f = freedom[at(n)];
-    Matrix3 k = own_[at(n)] + near_bending_[at(n)] * Matrix3::Identity();
+    Matrix3 k = own_[at(n)] + factor.bending[at(n)] * Matrix3::Identity();
     if (!f.all) {
       k += f.turning;
       const Real mean = k.trace() / 3;
       k = (f.free * k * f.free + mean * (Matrix3::Identity() - f.free)).eval();
     }
-    put(own_target_[at(n)], k);
+    put(factor.own[at(n)], k);
     for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
-      if (link_target_[at(l)].stride == 0) continue;
+      if (factor.link[at(l)].stride == 0) continue;
       const Link link = s.link(l);
       const Index e = edge_of_[at(l)];
-      Matrix3 between = (whole_ ? link.bend : std::min(link.bend, Real(0))) * Matrix3::Identity();
+      Matrix3 between = (factor.all ? link.bend : std::min(link.bend, Real(0))) * Matrix3::Identity();
       if (e >= 0) between += e % 2 == 0 ? shared_[at(e / 2)] : Matrix3(shared_[at(e / 2)].transpose());
       if (!f.all) between = (f.free * between).eval();
       const NodeFreedom& other = freedom[at(link.other)];
       if (!other.all) between = (between * other.free).eval();
-      put(link_target_[at(l)], between);
+      put(factor.link[at(l)], between);
     }
   });
-  factor_.factor();
+  factor.cholesky.factor();
 }
 
 void ClothTangent::precondition(const std::vector<NodeFreedom>& freedom, const NodeVector& r, NodeVector& z) {
   const auto each = [this](const auto& act) {
     host_parallel("drench::cloth::tangent_place", static_cast<Index>(free_.size()), [&, this](const Index k) {
-      act(free_[at(k)], Eigen::Map<Column3>(solution_.data() + 3 * factor_.place(k)));
+      act(free_[at(k)], Eigen::Map<Column3>(solution_.data() + 3 * held_->cholesky.place(k)));
     });
   };
   each([&](Index n, Eigen::Map<Column3> x) {
     x = at_node(r, n);
     if (!freedom[at(n)].all) x = (freedom[at(n)].free * x).eval();
   });
-  factor_.solve(solution_.data());
+  held_->cholesky.solve(solution_.data());
   each([&](Index n, Eigen::Map<Column3> x) {
     at_node(z, n) = x;
     if (!freedom[at(n)].all) at_node(z, n) = (freedom[at(n)].free * x).eval();

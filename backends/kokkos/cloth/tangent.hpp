@@ -1,7 +1,8 @@
 #pragma once
-// The tangent stiffness K of the cloth's implicit step on a host, with what contact does to its rows, and a Cholesky
-// factor that preconditions it (docs/theory/cloth.md, section 8).
+// The tangent stiffness K of the cloth's implicit step on a host, with what contact does to its rows, and Cholesky
+// factors that precondition it (docs/theory/cloth.md, section 8).
 
+#include <memory>
 #include <vector>
 
 #include "cloth/block_cholesky.hpp"
@@ -33,7 +34,15 @@ class ClothTangent {
   /// y = K x, of all rows as contact leaves them (`freedom`) or as they are (null).
   void multiply(const ClothSystem& s, const std::vector<NodeFreedom>& freedom, bool contact_rows, const NodeVector& x,
                 NodeVector& y) const;
-  /// The factor of Q K Q on the factor's pattern.
+  /// From now on the factor holds only the pairs of nodes that share an edge: the cheap one.
+  void hold_edges() { held_ = &edge_pairs_; }
+  /// From now on it holds all pairs, also those that only bending joins.
+  void hold_all(const ClothSystem& s);
+  bool holds_all() const { return held_->all; }
+  /// The cost of making a factor of all pairs, in iterations of the linear solver, as estimated from the links of a
+  /// node; infinite where it would take too much memory.
+  double cost_of_all() const { return cost_of_all_; }
+  /// The factor F of Q K Q on the pairs that it holds.
   void factor(const ClothSystem& s, const std::vector<NodeFreedom>& freedom);
   /// z = Q F⁻¹ Q r.
   void precondition(const std::vector<NodeFreedom>& freedom, const NodeVector& r, NodeVector& z);
@@ -44,26 +53,35 @@ class ClothTangent {
     std::uint32_t at = 0;
     Index stride = 0;
   };
+  /// A factor and where the blocks of K go in it.
+  struct Factor {
+    BlockCholesky cholesky;
+    bool all = false;  // it holds all pairs that bend
+    std::vector<Target> own, link;
+    std::vector<Real> bending;  // of each node, N/m: the part of B_nn that belongs to its pairs
+  };
   /// What a triangle adds to an edge: its block (triangle · 6 + 3 + pair), or that turned over.
   struct EdgePart {
     std::size_t block;
     bool transposed;
   };
   void find_edges(const ClothSystem& s, Index triangles);
-  void find_targets(const ClothSystem& s);
+  NodeGraph pattern_of(const ClothSystem& s, bool all) const;
+  void make_room(const ClothSystem& s, Factor& f) const;
   void add_triangles(const ClothSystem& s, const std::vector<Double3>& shift);
 
   Index nodes_, edges_, triangles_;
   std::vector<Index> edge_of_;     // of each link: 2 · edge, + 1 on the edge's second node; −1: it only bends
   std::vector<Index> part_start_;  // of each edge, in parts_
   std::vector<EdgePart> parts_;
-  std::vector<Matrix3> own_, shared_;         // of each node; of each edge, row of its first node
-  std::vector<Real> bending_, near_bending_;  // of each node, N/m: B_nn, and what of it the factor's pattern holds
-  std::vector<Matrix3> of_triangle_;          // six per triangle: of its corners, of its edges 01, 12, 20
-  std::vector<Index> free_, row_of_;          // nodes by the factor's rows; −1: pinned
-  bool whole_ = false;                        // the factor's pattern has all pairs that bend
-  BlockCholesky factor_;
-  std::vector<Target> own_target_, link_target_;
+  std::vector<Matrix3> own_, shared_;  // of each node; of each edge, row of its first node
+  std::vector<Real> bending_;          // of each node, N/m: B_nn
+  std::vector<Matrix3> of_triangle_;   // six per triangle: of its corners, of its edges 01, 12, 20
+  std::vector<Index> free_, row_of_;   // nodes by the factor's rows; −1: pinned
+  Factor edge_pairs_;                  // or all pairs, where these cost little
+  std::unique_ptr<Factor> all_pairs_;  // made when a step is found to need it
+  Factor* held_ = &edge_pairs_;
+  double cost_of_all_ = 0;
   NodeVector solution_;
 };
 
