@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <filesystem>
+#include <sstream>
 
 #include "app/commands.hpp"
 #include "app/import_formats.hpp"
@@ -68,16 +69,19 @@ int import_command(const ImportOptions& options) {
   become_python(reader.script, words_of(options), reader.environment);
 }
 
-std::string imported_mesh(const std::string& file, const std::optional<std::string>& prim) {
+ImportedMesh imported_mesh(const std::string& file, const std::optional<std::string>& prim) {
   const Reader reader = reader_of(file);
   ImportOptions options;
   options.file = file;
   options.prim = prim;
   std::vector<std::string> words = words_of(options);
-  words.insert(words.begin(), "--first");  // print the first file's name alone
-  std::string name = run_python(reader.script, words, reader.environment);
-  while (!name.empty() && (name.back() == '\n' || name.back() == '\r')) name.pop_back();
-  return name;
+  words.insert(words.begin(), "--first");  // print the files' names and their rate alone
+  std::istringstream printed(run_python(reader.script, words, reader.environment));
+  ImportedMesh mesh;
+  std::string rate;
+  std::getline(printed, mesh.first);
+  if (std::getline(printed, mesh.sequence) && std::getline(printed, rate)) mesh.per_second = std::stod(rate);
+  return mesh;
 }
 
 }  // namespace drench

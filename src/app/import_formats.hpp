@@ -12,7 +12,14 @@ bool is_imported(const std::string& file);
 /// ".usd, .usda, …", for messages.
 std::string imported_endings();
 
-/// Imports its mesh `prim`, or else the only one, beside itself, and returns the first PLY file. Throws ExportError.
-std::string imported_mesh(const std::string& file, const std::optional<std::string>& prim);
+/// The PLY files of an imported mesh.
+struct ImportedMesh {
+  std::string first;      // file
+  std::string sequence;   // pattern of all files of a mesh that moves, else ""
+  double per_second = 0;  // files of the sequence, 1/s
+};
+
+/// Imports its mesh `prim`, or else the only one, beside itself. Throws ExportError.
+ImportedMesh imported_mesh(const std::string& file, const std::optional<std::string>& prim);
 
 }  // namespace drench

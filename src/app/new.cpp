@@ -67,10 +67,10 @@ void check_output(const std::string& output) {
     throw ExportError(fmt::format("{}: no such folder", folder.string()));
 }
 
-/// The file itself, or what it is imported as; "" of none. SetupError: a format that cannot be read.
-std::string mesh_of(const std::string& file, const std::optional<std::string>& prim) {
+/// The file itself, or what it is imported as; nothing of "". SetupError: a format that cannot be read.
+ImportedMesh mesh_of(const std::string& file, const std::optional<std::string>& prim) {
   namespace fs = std::filesystem;
-  if (file.empty()) return "";
+  if (file.empty()) return {};
   std::string ending = fs::path(file).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   constexpr std::array read{".obj", ".ply", ".stl"};
@@ -79,14 +79,19 @@ std::string mesh_of(const std::string& file, const std::optional<std::string>& p
       std::find(read.begin(), read.end(), ending) == read.end() && !fs::is_directory(file, unknown))
     throw SetupError(fmt::format("mesh file '{}': unknown extension; allowed: {}, {}", file, fmt::join(read, ", "),
                                  imported_endings()));
-  return is_imported(file) ? imported_mesh(file, prim) : file;
+  return is_imported(file) ? imported_mesh(file, prim) : ImportedMesh{file, "", 0};
 }
 
 }  // namespace
 
 int new_command(const NewOptions& options) {
   check_output(options.output);
-  const std::string mesh = mesh_of(options.mesh, options.prim), body = mesh_of(options.body, options.body_prim);
+  const ImportedMesh mesh = mesh_of(options.mesh, options.prim), body = mesh_of(options.body, options.body_prim);
+  if (!mesh.sequence.empty())
+    fmt::print(stderr,
+               "warning: {}: the garment is animated in this file; it starts as in its first frame and then moves "
+               "freely\n",
+               options.mesh);
   std::optional<BackendRuntime> runtime;
   TrySteps trial;  // none without a device: then the steps are only estimated
   try {
@@ -100,8 +105,10 @@ int new_command(const NewOptions& options) {
     };
   } catch (const DeviceError&) {
   }
-  const FirstScene scene =
-      first_scene(mesh, body, trial, writes_elsewhere(options.output) ? MeshPaths::absolute : MeshPaths::as_given);
+  const MeshPaths paths = writes_elsewhere(options.output) ? MeshPaths::absolute : MeshPaths::as_given;
+  const FirstScene scene = body.sequence.empty()
+                               ? first_scene(mesh.first, body.first, trial, paths)
+                               : first_scene(mesh.first, body.sequence, trial, paths, body.per_second);
   for (const std::string& line : scene.warnings) fmt::print(stderr, "warning: {}\n", line);
   if (options.output.empty()) {
     fmt::print("{}", scene.yaml);

@@ -40,7 +40,8 @@ struct Suggestion {
   std::string mesh;  // "" for the grid
   std::string body;  // "" for none
   MeshPaths paths = MeshPaths::as_given;
-  bool animated = false;  // it is a pattern of the names of several files
+  bool animated = false;  // it is a pattern of the names of several files, ...
+  double body_rate = 24;  // ... so many of them per second
   MeshGuess body_guess;
   bool worn = false;               // the garment's shift puts it on the body
   bool pinned = true;              // false: the body holds it, or it falls onto the body
@@ -230,7 +231,7 @@ std::string body_lines(const Suggestion& s) {
         "# bodies:                             # a floor, so that it does not fall out of the domain\n"
         "#   - plane: {{point: [0, {:.6g}, 0], normal: [0, 1, 0]}}   # m\n",
         s.domain.min[1] + 0.1 * s.garment.size);
-  const char* motion = s.animated ? ", fps: 24" : "";
+  const std::string motion = s.animated ? fmt::format(", fps: {:.9g}", s.body_rate) : "";
   return fmt::format("bodies:\n  - mesh: {{{}: {}{}{}}}   # {}{}\n", s.animated ? "sequence" : "file",
                      written(s, s.body), motion, coordinates(s.body_guess), kind_of_path(s, s.body),
                      reasons(s.body_guess));
@@ -456,9 +457,11 @@ void place_with_body(Suggestion& s, const std::string& body_file) {
 
 }  // namespace
 
-FirstScene first_scene(const std::string& mesh, const std::string& body, const TrySteps& trial, MeshPaths paths) {
+FirstScene first_scene(const std::string& mesh, const std::string& body, const TrySteps& trial, MeshPaths paths,
+                       double body_rate) {
   FirstScene result;
   Suggestion s;
+  s.body_rate = body_rate;
   s.paths = paths;
   s.mesh = mesh;
   s.body = body;

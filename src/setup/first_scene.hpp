@@ -23,8 +23,9 @@ enum class MeshPaths { as_given, absolute };
 /// @param mesh an .obj, .ply or .stl file, as the scene shall name it; "" for a square cloth without a file
 /// @param body the mesh of a body that wears it, or a pattern of names for an animated one; "" for none
 /// @param trial finds out whether the steps converge; without it they are only estimated
+/// @param body_rate files of an animated body per second, 1/s
 /// @throws SetupError a mesh that cannot be read or cannot be cloth
 FirstScene first_scene(const std::string& mesh, const std::string& body = "", const TrySteps& trial = {},
-                       MeshPaths paths = MeshPaths::as_given);
+                       MeshPaths paths = MeshPaths::as_given, double body_rate = 24);
 
 }  // namespace drench

@@ -108,6 +108,10 @@ def main():
         expect("6 files at 12 per second" in again and len(list((folder / "fbx").glob("Ball_*.ply"))) == 6, again)
         scene = drench("new", folder / "two.blend", "--prim", "Flag", "--body", folder / "two.blend", "--body-prim", "Cube").stdout
         expect("Flag_0000.ply" in scene and "Cube_0000.ply" in scene, scene)
+        scene = drench("new", "--body", folder / "ball.fbx").stdout
+        expect('ball/Ball_{:04d}.ply", fps: 24' in scene and "sequence: " in scene, scene)
+        made = drench("new", folder / "flag.blend")
+        expect("the garment is animated in this file" in made.stderr and 'flag/Flag_0000.ply"' in made.stdout, made.stderr)
         refused("holds 2 meshes: choose one with --prim: Flag, Cube", "import", folder / "two.blend")
         refused("unknown mesh Sail; the meshes are Flag, Cube", "new", folder / "two.blend", "--prim", "Sail")
         (folder / "bad.fbx").write_text("no mesh")

@@ -116,13 +116,20 @@ class MeshFiles:
     def path(self, k):
         return self.folder / f"{self.name}_{k:0{self.digits}d}.ply"
 
+    def pattern(self):
+        return f"{self.folder / self.name}_{{:0{self.digits}d}}.ply"
+
+    def names(self, fps):
+        """The first file; of an animated mesh also the pattern of all, and how many there are per second."""
+        return [str(self.path(0))] + ([self.pattern(), f"{fps:.9g}"] if self.count > 1 else [])
+
     def scene_lines(self, fps):
         """What a scene says to use the files."""
         first = f'"{self.path(0)}"'
         if self.count == 1:
             mesh = f"  - mesh: {{file: {first}}}"
             return ["bodies:", mesh, "# or, for a cloth:", "cloth:", mesh]
-        files = f'sequence: "{self.folder / self.name}_{{:0{self.digits}d}}.ply", fps: {fps:.9g}'
+        files = f'sequence: "{self.pattern()}", fps: {fps:.9g}'
         if self.off <= RIGID or self.closed:
             changes = [] if self.off <= RIGID else ["# It changes its shape."]
             return [*changes, "bodies:", f"  - mesh: {{{files}}}"]
@@ -147,7 +154,7 @@ def add_options(parser, mesh_meaning):
     parser.add_argument("folder", type=Path, nargs="?", help="for the PLY files (default: the file's name without its extension)")
     parser.add_argument("--prim", help=mesh_meaning)
     parser.add_argument("--fps", type=float, help="files per second (default: rate of the file)")
-    parser.add_argument("--first", action="store_true", help="print the name of the first PLY file alone")
+    parser.add_argument("--first", action="store_true", help="print only the names of the PLY files and their rate")
     options = parser.parse_args()
     options.folder = options.folder or options.file.with_suffix("")
     return options

@@ -156,7 +156,7 @@ def import_mesh(options):
         files = MeshFiles(options.folder, name, f"{options.file}: {thing.name}", mesh.triangles, frames, mesh.points,
                           lambda frame: f"frame {frame:g}")
     if options.first:
-        print(files.path(0))
+        print("\n".join(files.names(fps)))
         return
     print(told(files, fps, mesh.triangles, thing.name))
     print("\n".join(files.scene_lines(fps)))

@@ -124,7 +124,7 @@ def import_mesh(options):
     if mesh.mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none:
         print("warning: the mesh is a cage to be subdivided; its own faces were written", file=sys.stderr)
     if options.first:
-        print(files.path(0))
+        print("\n".join(files.names(fps)))
         return
     print(told(files, fps, mesh.triangles, mesh.mesh.GetPath()))
     if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
