@@ -61,6 +61,26 @@ double apart(const Pairs& pairs, const std::vector<Vec3>& points) {
   return sum / static_cast<double>(pairs.size());
 }
 
+/// Without the ends that go round a corner: those of a strip of faces along an edge lie on the neighbouring edges.
+Chain without_ends(Chain chain, const std::vector<Vec3>& points) {
+  constexpr double least_cosine = 0.5;  // of a turn that is no corner
+  constexpr double longest_end = 0.25;  // of the chain
+  if (chain.closed) return chain;
+  const std::vector<double> share = shares(chain.nodes, false, points);
+  const auto edge = [&](std::size_t k) -> Eigen::Vector3d {
+    return (to_eigen(points[at(chain.nodes[k + 1])]) - to_eigen(points[at(chain.nodes[k])])).normalized();
+  };
+  std::size_t first = 0, last = chain.nodes.size() - 1;
+  for (std::size_t k = 1; k + 1 < chain.nodes.size(); ++k) {
+    if (edge(k - 1).dot(edge(k)) >= least_cosine) continue;
+    if (share[k] <= longest_end) first = k;
+    if (share[k] >= 1 - longest_end) last = std::min(last, k);
+  }
+  chain.nodes = {chain.nodes.begin() + static_cast<std::ptrdiff_t>(first),
+                 chain.nodes.begin() + static_cast<std::ptrdiff_t>(last) + 1};
+  return chain;
+}
+
 /// The boundary of a group of faces, where it is the mesh's.
 Chain boundary_of(const std::string& group, const ClothScene& cloth, const SurfaceMesh& own) {
   const auto found = own.groups.find(group);
@@ -74,7 +94,7 @@ Chain boundary_of(const std::string& group, const ClothScene& cloth, const Surfa
   if (chains.size() != 1)
     throw SetupError(fmt::format("{}: sew: the boundary of group '{}' has {} parts; allowed: one, or pairs of points",
                                  cloth_label(cloth.name), group, chains.size()));
-  return chains.front();
+  return without_ends(chains.front(), own.points);
 }
 
 Pairs read_pairs(const std::string& path, const std::string& label) {

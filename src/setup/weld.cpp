@@ -19,6 +19,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double nearly = 1e-3;         // of the edges at the two points: they coincide
+constexpr double narrow = 0.1;          // of these edges: a seam that is not quite closed
 constexpr double on_each_other = 0.99;  // cosine between the directions in which two sheets leave a seam
 
 /// Clusters of points, merged one pair after the other.
@@ -56,7 +57,7 @@ class Welder {
     const auto original = [&](Index p) { return at(p) < in_file ? p : copy_of[at(p) - in_file]; };
     Weld weld;
     std::vector<std::array<Index, 2>> left;  // of points
-    for (const Pair& pair : close_pairs()) {
+    for (const Pair& pair : close_pairs(nearly)) {
       const Index a = of_[at(pair.a)], b = of_[at(pair.b)];
       if (a == b || original(pair.a) == original(pair.b)) continue;
       if (distance_ < 0 && lie_on_each_other(pair.a, pair.b)) {
@@ -70,6 +71,7 @@ class Welder {
         ++weld.merged;
       }
     }
+    if (distance_ < 0 && weld.merged > 0) find_open_pairs(weld);
     number_nodes(weld);
     for (const auto& [a, b] : left)
       if (const Index n = weld.node[at(a)], m = weld.node[at(b)]; n != m)
@@ -94,18 +96,31 @@ class Welder {
 
   Vector3d x(Index p) const { return to_eigen(mesh_.points[at(p)]); }
 
-  double reach(Index a, Index b) const {
-    return distance_ < 0 ? nearly * (shortest_[at(a)] + shortest_[at(b)]) / 2 : distance_;
+  /// The rest of a seam that is sewn in part.
+  void find_open_pairs(Weld& weld) const {
+    std::vector<std::uint8_t> counted(of_.size(), 0);
+    for (const Pair& pair : close_pairs(narrow)) {
+      const Index a = of_[at(pair.a)], b = of_[at(pair.b)];
+      if (a == b || counted[at(a)] || counted[at(b)] || lie_on_each_other(pair.a, pair.b) || collapses(a, b)) continue;
+      counted[at(a)] = counted[at(b)] = 1;
+      ++weld.open;
+      weld.widest = std::max(weld.widest, pair.apart);
+    }
+  }
+
+  /// m; `share`: of the edges, where no distance is given.
+  double reach(Index a, Index b, double share) const {
+    return distance_ < 0 ? share * (shortest_[at(a)] + shortest_[at(b)]) / 2 : distance_;
   }
 
   /// The nearest first, so that a chain of near points does not run together.
-  std::vector<Pair> close_pairs() const {
+  std::vector<Pair> close_pairs(double share) const {
     std::vector<Index> points;
     double farthest = 0;
     for (Index p = 0; p < static_cast<Index>(boundary_.size()); ++p) {
       if (!boundary_[at(p)] || !std::isfinite(shortest_[at(p)]) || !x(p).allFinite()) continue;
       points.push_back(p);
-      farthest = std::max(farthest, reach(p, p));
+      farthest = std::max(farthest, reach(p, p, share));
     }
     std::vector<Pair> pairs;
     if (points.empty() || !(farthest > 0)) return pairs;
@@ -122,7 +137,7 @@ class Welder {
         if (other <= static_cast<Index>(k)) return;
         const Index a = points[k], b = points[at(other)];
         const double apart = (x(a) - x(b)).norm();
-        if (apart <= reach(a, b)) pairs.push_back({apart, a, b});
+        if (apart <= reach(a, b, share)) pairs.push_back({apart, a, b});
       });
     }
     std::sort(pairs.begin(), pairs.end(), [](const Pair& l, const Pair& r) {
@@ -194,6 +209,9 @@ std::string Weld::text() const {
     line += fmt::format(", {} of them by stitches, because more than two triangles would share an edge", held.size());
   if (layers > 0)
     line += fmt::format("; {} pairs of overlapping sheets are not sewn; a distance for weld would sew them", layers);
+  if (open > 0)
+    line += fmt::format("; {} more pairs, up to {:.2g} m apart, are not sewn; weld: {:.2g} would sew them", open,
+                        widest, 1.2 * widest);
   if (refused > 0) line += fmt::format("; {} pairs are not sewn, because a triangle would lose its area", refused);
   return line;
 }

@@ -18,6 +18,8 @@ struct Weld {
   std::vector<std::array<Index, 2>> held;  // pairs of nodes that lie together and would make an edge of three triangles
   Index layers = 0;                        // pairs left alone for their sheets lie on each other
   Index refused = 0;                       // pairs left alone for a triangle would lose its area or an edge its length
+  Index open = 0;     // pairs beyond reach, but nearer than a tenth of their edges, and at most ...
+  double widest = 0;  // ... so far apart, m
 
   std::size_t file_points() const { return node.size() - copy_of.size(); }
   bool found() const { return merged > 0 || !held.empty() || layers > 0 || refused > 0; }

@@ -16,17 +16,17 @@ namespace {
 /// OBJ text of panels, each a sheet of columns × rows cells.
 class Obj {
  public:
-  /// `place(u, v)`: where a point at u, v of [0, 1] lies.
+  /// `place(u, v)`: where a point at u, v of [0, 1] lies. Faces of columns [first, last) are in the group.
   template <class Place>
-  Obj& panel(int columns, int rows, Place place, const std::string& group = "") {
+  Obj& panel(int columns, int rows, Place place, const std::string& group = "", int first = 0, int last = 1000) {
     for (int j = 0; j <= rows; ++j)
       for (int i = 0; i <= columns; ++i) {
         const Vec3 x = place(static_cast<double>(i) / columns, static_cast<double>(j) / rows);
         text_ += "v " + std::to_string(x[0]) + " " + std::to_string(x[1]) + " " + std::to_string(x[2]) + "\n";
       }
-    if (!group.empty()) text_ += "g " + group + "\n";
     for (int j = 0; j < rows; ++j)
       for (int i = 0; i < columns; ++i) {
+        if (!group.empty()) text_ += "g " + (first <= i && i < last ? group : "rest") + "\n";
         const int a = points_ + j * (columns + 1) + i + 1, b = a + 1, c = a + columns + 1, e = c + 1;
         for (const auto& t : {std::array{a, b, e}, std::array{a, e, c}})
           text_ += "f " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) + "\n";
@@ -83,6 +83,21 @@ TEST_F(Sewing, NearlyCoincidentPointsAreWeldedAndFartherOnesAreNot) {
   const drench::Setup asked = set_up(wide, "    weld: 0.002\n");
   EXPECT_EQ(asked.model.mesh.nodes(), 2 * 231 - 21);
   EXPECT_EQ(pieces_of(asked.model).size(), 1U);
+}
+
+TEST_F(Sewing, TheRestOfASeamThatIsWeldedInPartIsReported) {
+  const auto opening = [](double u, double v) {
+    return Vec3{0.4 * u, 0.2 * v - 0.2 - (v == 1 && u > 0.51 ? 5e-4 : 0), 0};
+  };
+  const Obj obj = Obj().panel(20, 10, upper).panel(20, 10, opening);
+  const auto notes = set_up(obj).notes;
+  EXPECT_TRUE(any_has(notes,
+                      "11 pairs of boundary points sewn; 10 more pairs, up to 0.0005 m apart, are not sewn; "
+                      "weld: 0.0006 would sew them"));
+  const drench::Setup asked = set_up(obj, "    weld: 0.0006\n");
+  EXPECT_EQ(asked.model.mesh.nodes(), 2 * 231 - 21);
+  EXPECT_FALSE(any_has(asked.notes, "more pairs"));
+  EXPECT_FALSE(any_has(set_up(seam()).notes, "more pairs"));
 }
 
 TEST_F(Sewing, ADistanceBeyondTheEdgesTakesNoTriangleItsArea) {
@@ -185,6 +200,15 @@ TEST_F(Sewing, StitchesFollowLoopsGroupsPairsAndFiles) {
   EXPECT_EQ(pairs.model.mesh.stitch, (std::vector<std::array<Index, 2>>{{10, 99}, {21, 110}}));
   EXPECT_TRUE(any_has(pairs.notes, "pairs without a stitch, because they are one node or have a common edge: 2"));
   EXPECT_FALSE(any_has(loops.notes, "without a stitch"));
+}
+
+TEST_F(Sewing, AStripOfFacesSewsTheEdgeAlongIt) {
+  const auto left = [](double u, double v) { return Vec3{0.2 * u, 0.2 * v + 0.01 * std::sin(6 * u), 0}; };
+  const auto right = [](double u, double v) { return Vec3{0.23 + 0.2 * u + 0.01 * v * v, 0.2 * v, 0}; };
+  const Obj obj = Obj().panel(10, 8, left, "left", 8).panel(10, 8, right, "right", 0, 2);
+  std::vector<std::array<Index, 2>> sides;
+  for (Index j = 0; j <= 8; ++j) sides.push_back({10 + 11 * j, 99 + 11 * j});
+  EXPECT_EQ(set_up(obj, "    sew: [{groups: [left, right]}]\n").model.mesh.stitch, sides);
 }
 
 /// Two points of a panel are so near that cleaning makes one of them; a stitch of both is gone, the other stays.
