@@ -14,9 +14,11 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr double rounding = 0.5;         // of ε Σ D L: what is left of a residual that is summed in this precision
-constexpr double trusted = 10;           // × the residual without multipliers: what xpbd may start from
-constexpr int checks_after_newton = 10;  // of iterations that go on from its result on a GPU's host
+constexpr double rounding = 0.5;          // of ε Σ D L: what is left of a residual that is summed in this precision
+constexpr double trusted = 10;            // × the residual without multipliers: what xpbd may start from
+constexpr int checks_after_newton = 10;   // of iterations that go on from its result on a GPU's host
+constexpr int part_after_newton = 2;      // on a CPU: this part of the iterations at most
+constexpr int newton_after_failure = 10;  // iterations of a call, where another one in the same solve has not converged
 
 void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver) {
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
@@ -32,7 +34,8 @@ void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& s
 
 /// Of newton.cpp: the factor on the pattern of the mesh's edges, some 50 n log₂ n numbers; the tangent's blocks, of
 /// nodes, edges and triangles; iterates in double, and vectors of the linear solver and of Anderson acceleration. A
-/// GPU's host needs as much once iterations have not converged, which no scene tells.
+/// GPU's host needs as much once iterations have not converged, and a step far from rest the factor of all pairs that
+/// bend, 3 to 6 times as many numbers; no scene tells either.
 MemoryEstimate newton_bytes(const Sizing& s) {
   constexpr double vectors = 60, in_double = 10;  // 3 numbers a node each
   const double n = s.size.nodes, entries = n * std::log2(std::max(2.0, n));
@@ -230,10 +233,13 @@ void ClothIteration::run(int most) {
     return;
   }
   if (progress_.iterations > 0) progress_.move_on(system_.solids.extent(0) > 0);
-  const int end = progress_.iterations + most;
+  int end = progress_.iterations + most;
   if (newton_) {
-    if (run_newton(solver_, system_, progress_, most, tolerance_)) return;
+    if (run_newton(solver_, system_, progress_, has_failed_ ? std::min(most, newton_after_failure) : most, tolerance_))
+      return;
+    has_failed_ = true;
     begin_newton_anew(solver_);
+    end = std::min(end, progress_.iterations + std::max(check_interval, most / part_after_newton));
   }
   const double before = progress_.residual;
   do {

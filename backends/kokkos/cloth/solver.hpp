@@ -414,6 +414,7 @@ class ClothIteration {
   ClothProgress progress_;
   bool resident_, under_way_ = false;  // resident: see below
   bool newton_;
+  bool has_failed_ = false;  // a call of Newton's method in this solve
 };
 
 // cuda/resident_cloth.cpp: all iterations of a call in one kernel that stays on the device, several times as fast as
