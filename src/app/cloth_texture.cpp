@@ -56,7 +56,7 @@ std::vector<std::string> arguments_of(const std::string& option, const std::vect
 
 }  // namespace
 
-std::vector<std::string> texture_arguments(const std::filesystem::path& run_folder, bool of_bodies,
+std::vector<std::string> texture_arguments(const std::filesystem::path& run_folder,
                                            std::vector<std::string>& warnings) {
   const std::string path = (run_folder / "scene.yaml").string();
   Scene scene;
@@ -68,8 +68,7 @@ std::vector<std::string> texture_arguments(const std::filesystem::path& run_fold
   }
   std::vector<MeshFile> cloths, bodies;
   for (const ClothScene& cloth : scene.cloths) cloths.push_back({"cloth " + cloth.name, cloth.file});
-  if (of_bodies)
-    for (const BodyScene& body : scene.bodies) bodies.push_back({fmt::format("body {}", bodies.size()), body.file});
+  for (const BodyScene& body : scene.bodies) bodies.push_back({fmt::format("body {}", bodies.size()), body.file});
   std::vector<std::string> arguments = arguments_of("--texture", cloths, path, warnings);
   for (std::string& word : arguments_of("--body-texture", bodies, path, warnings)) arguments.push_back(std::move(word));
   return arguments;

@@ -23,7 +23,7 @@ namespace {
 struct SceneFacts {
   std::vector<std::string> cloths;  // names, in the order of the frames' field `cloth`
   char up = 'Y';                    // the axis against gravity; USD allows Y and Z
-  bool mesh_files = false;          // has a cloth one?
+  bool mesh_files = false;          // has a cloth or a body one?
   std::string warning;              // one line, "" for none
 };
 
@@ -35,6 +35,8 @@ SceneFacts read_scene(const fs::path& folder) {
       facts.cloths.push_back(cloth["name"].as<std::string>());
       if (const YAML::Node mesh = cloth["mesh"]; mesh && mesh.IsMap() && mesh["file"]) facts.mesh_files = true;
     }
+    for (const YAML::Node& body : scene["bodies"])
+      if (body["mesh"]) facts.mesh_files = true;
     const auto g = scene["gravity"].as<std::vector<double>>();
     if (g.size() != 3) return facts;
     if (std::abs(g[2]) > std::abs(g[1]) && std::abs(g[2]) >= std::abs(g[0])) facts.up = 'Z';
@@ -133,7 +135,7 @@ int export_particles(const ExportOptions& options) {
   std::vector<std::string> warnings;
   bool body_texture = false;
   if (scene.mesh_files || options.wet_textures)
-    for (std::string& word : texture_arguments(folder, options.wet_textures.has_value(), warnings)) {
+    for (std::string& word : texture_arguments(folder, warnings)) {
       body_texture |= word.starts_with("--body-texture");
       words.push_back(std::move(word));
     }

@@ -416,11 +416,14 @@ def check_wet_textures(folder, reader):
     (folder / "pyramid.yaml").write_text(PYRAMID_SCENE)
     run, file, size = folder / "pyramid", folder / "pyramid.usdc", 64
     drench("run", folder / "pyramid.yaml", "-o", run, "--quiet")
+    expect(not drench("export", run, "--to", "usd", "-o", file).stderr, "a warning")
+    plain = json.loads(subprocess.run([*reader, str(file), "3"], capture_output=True, check=True).stdout)["frames"][0]
     made = drench("export", run, "--to", "usd", "--wet-textures", size, "-o", file)
     expect(made.stderr.count("warning") == 1 and "1 triangles have texture coordinates outside" in made.stderr, made.stderr)
     expect("4 images of 64 × 64 pixels" in made.stdout, made.stdout)
     prim = json.loads(subprocess.run([*reader, str(file), "3"], capture_output=True, check=True).stdout)["frames"][0]
     body = prim["/World/bodies/body_1"]
+    expect(body["primvar:st"] == plain["/World/bodies/body_1"]["primvar:st"], "texture coordinates without wet textures")
     image = read_exr(folder / "pyramid_wet/body_1.0003.exr")
     expect(len(image["R"]) == len(image["R"][0]) == size, "a square")
     expect(max(body["primvar:contact_time"]) > 0.03 and min(body["primvar:contact_time"]) < 0.03, str(body["primvar:contact_time"]))

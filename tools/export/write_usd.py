@@ -71,10 +71,10 @@ def read_textures(arguments):
 class Scene:
     """The prims of a run, made when their first frame comes."""
 
-    def __init__(self, stage, has_surface, cloth_names, textures, wet_maps=False, images=None):
-        """`images`: of wet maps, None for none."""
+    def __init__(self, stage, has_surface, cloth_names, textures, body_textures, wet_maps=False, images=None):
+        """Textures: texture coordinates by number; `images`: of wet maps, None for none."""
         self.stage, self.has_surface, self.cloth_names, self.textures = stage, has_surface, cloth_names, textures
-        self.images = images
+        self.body_textures, self.images = body_textures, images
         self.liquid = self.surface = self.cloths = self.bodies = None
         self.wet_maps, self.particles, self.wet_at = wet_maps, None, None
 
@@ -93,7 +93,7 @@ class Scene:
             if series == "cloth":
                 self.cloths = self.cloths or define_cloths(self.stage, frame, self.cloth_names, self.textures)
                 return sum(cloth.write(code, frame) for cloth in self.cloths)
-            self.bodies = self.bodies or Bodies(self.stage, self.images.coordinates if self.images else {})
+            self.bodies = self.bodies or Bodies(self.stage, self.body_textures)
             self.bodies.write(code, path, frame)
             return 0
 
@@ -166,12 +166,12 @@ def time_code(time, rate):
 def export(options, temporary):
     series = {name: read_collection(options.folder, name) for name in ("fluid", "surface", "cloth", "bodies")}
     stage = new_stage(temporary, options)
-    images = None
+    images, body_textures = None, read_textures(options.body_texture)
     if options.wet_textures:
         folder = options.file.with_name(options.file.stem + "_wet")
-        images = Images(folder, options.wet_textures, read_textures(options.body_texture))
+        images = Images(folder, options.wet_textures, body_textures)
     scene, waiting, codes = Scene(stage, bool(series["surface"]), options.cloth, read_textures(options.texture),
-                                 options.wet_maps, images), 0, []
+                                 body_textures, options.wet_maps, images), 0, []
     for time in sorted({time for frames in series.values() for time in frames}):
         code = time_code(time, options.rate)
         for name, frames in series.items():
