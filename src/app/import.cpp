@@ -78,9 +78,9 @@ ImportedMesh imported_mesh(const std::string& file, const std::optional<std::str
   words.insert(words.begin(), "--first");  // print the files' names and their rate alone
   std::istringstream printed(run_python(reader.script, words, reader.environment));
   ImportedMesh mesh;
-  std::string rate;
   std::getline(printed, mesh.first);
-  if (std::getline(printed, mesh.sequence) && std::getline(printed, rate)) mesh.per_second = std::stod(rate);
+  std::string pattern;
+  if (std::getline(printed, pattern) && printed >> mesh.per_second) mesh.sequence = pattern;
   return mesh;
 }
 

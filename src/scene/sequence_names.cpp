@@ -46,9 +46,11 @@ std::vector<std::string> alike(const fs::path& pattern, const std::string& folde
 
 std::vector<std::string> sequence_names(const std::string& pattern, const std::string& folder) {
   static const std::regex number(R"(\{(?::0?([1-9])d|:d)?\})");
+  const std::string last = fs::path(pattern).filename().string(),
+                    before = pattern.substr(0, pattern.size() - last.size());
   std::smatch found;
-  if (std::regex_search(pattern, found, number))
-    return numbered(found.prefix(), found[1].matched ? std::stoi(found[1]) : 1, found.suffix(), folder);
+  if (std::regex_search(last, found, number))
+    return numbered(before + found.prefix().str(), found[1].matched ? std::stoi(found[1]) : 1, found.suffix(), folder);
   if (fs::path(pattern).filename().string().find('*') != std::string::npos) return alike(pattern, folder);
   return {pattern};
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -61,20 +62,28 @@ double apart(const Pairs& pairs, const std::vector<Vec3>& points) {
   return sum / static_cast<double>(pairs.size());
 }
 
-/// Without the ends that go round a corner: those of a strip of faces along an edge lie on the neighbouring edges.
-Chain without_ends(Chain chain, const std::vector<Vec3>& points) {
+/// Without the ends of a strip of faces along an edge: they go round a corner and lie on the neighbouring edges, and
+/// are no longer than the strip is wide. `area`: of the strip, m².
+Chain without_ends(Chain chain, double area, const std::vector<Vec3>& points) {
   constexpr double least_cosine = 0.5;  // of a turn that is no corner
+  constexpr double widths = 1.5;        // of area over length, which is less than the width
   constexpr double longest_end = 0.25;  // of the chain
-  if (chain.closed) return chain;
+  constexpr double tiny = 1e-3;         // of the chain: edges without a direction
+  const double length = length_of(chain, points);
+  if (chain.closed || !(length > 0)) return chain;
   const std::vector<double> share = shares(chain.nodes, false, points);
-  const auto edge = [&](std::size_t k) -> Eigen::Vector3d {
-    return (to_eigen(points[at(chain.nodes[k + 1])]) - to_eigen(points[at(chain.nodes[k])])).normalized();
-  };
+  const double end = std::min(longest_end, widths * area / (length * length));
   std::size_t first = 0, last = chain.nodes.size() - 1;
-  for (std::size_t k = 1; k + 1 < chain.nodes.size(); ++k) {
-    if (edge(k - 1).dot(edge(k)) >= least_cosine) continue;
-    if (share[k] <= longest_end) first = k;
-    if (share[k] >= 1 - longest_end) last = std::min(last, k);
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k + 1 < chain.nodes.size(); ++k) {
+    const Eigen::Vector3d edge = to_eigen(points[at(chain.nodes[k + 1])]) - to_eigen(points[at(chain.nodes[k])]);
+    if (edge.norm() < tiny * length) continue;
+    const Eigen::Vector3d direction = edge.normalized();
+    if (k > 0 && !before.isZero() && before.dot(direction) < least_cosine) {
+      if (share[k] <= end) first = k;
+      if (share[k] >= 1 - end) last = std::min(last, k);
+    }
+    before = direction;
   }
   chain.nodes = {chain.nodes.begin() + static_cast<std::ptrdiff_t>(first),
                  chain.nodes.begin() + static_cast<std::ptrdiff_t>(last) + 1};
@@ -94,7 +103,13 @@ Chain boundary_of(const std::string& group, const ClothScene& cloth, const Surfa
   if (chains.size() != 1)
     throw SetupError(fmt::format("{}: sew: the boundary of group '{}' has {} parts; allowed: one, or pairs of points",
                                  cloth_label(cloth.name), group, chains.size()));
-  return without_ends(chains.front(), own.points);
+  double area = 0;
+  for (const Index t : members) {
+    const auto& n = own.triangles[at(t)];
+    const Eigen::Vector3d corner = to_eigen(own.points[at(n[0])]);
+    area += 0.5 * (to_eigen(own.points[at(n[1])]) - corner).cross(to_eigen(own.points[at(n[2])]) - corner).norm();
+  }
+  return without_ends(chains.front(), area, own.points);
 }
 
 Pairs read_pairs(const std::string& path, const std::string& label) {

@@ -101,7 +101,9 @@ class Welder {
     std::vector<std::uint8_t> counted(of_.size(), 0);
     for (const Pair& pair : close_pairs(narrow)) {
       const Index a = of_[at(pair.a)], b = of_[at(pair.b)];
-      if (a == b || counted[at(a)] || counted[at(b)] || lie_on_each_other(pair.a, pair.b) || collapses(a, b)) continue;
+      if (a == b || counted[at(a)] || counted[at(b)] || pair.apart <= reach(pair.a, pair.b, nearly) ||
+          lie_on_each_other(pair.a, pair.b) || collapses(a, b) || crowds_an_edge(a, b))
+        continue;
       counted[at(a)] = counted[at(b)] = 1;
       ++weld.open;
       weld.widest = std::max(weld.widest, pair.apart);
@@ -210,8 +212,8 @@ std::string Weld::text() const {
   if (layers > 0)
     line += fmt::format("; {} pairs of overlapping sheets are not sewn; a distance for weld would sew them", layers);
   if (open > 0)
-    line += fmt::format("; {} more pairs, up to {:.2g} m apart, are not sewn; weld: {:.2g} would sew them", open,
-                        widest, 1.2 * widest);
+    line += fmt::format("; {} more pairs, up to {:.2g} m apart, are not sewn; weld: {:.2g} sews all pairs that near",
+                        open, widest, 1.2 * widest);
   if (refused > 0) line += fmt::format("; {} pairs are not sewn, because a triangle would lose its area", refused);
   return line;
 }

@@ -93,7 +93,7 @@ TEST_F(Sewing, TheRestOfASeamThatIsWeldedInPartIsReported) {
   const auto notes = set_up(obj).notes;
   EXPECT_TRUE(any_has(notes,
                       "11 pairs of boundary points sewn; 10 more pairs, up to 0.0005 m apart, are not sewn; "
-                      "weld: 0.0006 would sew them"));
+                      "weld: 0.0006 sews all pairs that near"));
   const drench::Setup asked = set_up(obj, "    weld: 0.0006\n");
   EXPECT_EQ(asked.model.mesh.nodes(), 2 * 231 - 21);
   EXPECT_FALSE(any_has(asked.notes, "more pairs"));
@@ -209,6 +209,9 @@ TEST_F(Sewing, AStripOfFacesSewsTheEdgeAlongIt) {
   std::vector<std::array<Index, 2>> sides;
   for (Index j = 0; j <= 8; ++j) sides.push_back({10 + 11 * j, 99 + 11 * j});
   EXPECT_EQ(set_up(obj, "    sew: [{groups: [left, right]}]\n").model.mesh.stitch, sides);
+  // The boundary of a wider group goes round the panel's corners: all of it is sewn.
+  const Obj wide = Obj().panel(10, 8, left, "left", 5).panel(10, 8, right, "right", 0, 5);
+  EXPECT_EQ(set_up(wide, "    sew: [{groups: [left, right]}]\n").model.mesh.stitch.size(), 19U);
 }
 
 /// Two points of a panel are so near that cleaning makes one of them; a stitch of both is gone, the other stays.

@@ -43,7 +43,7 @@ std::string tensor_grid(const std::vector<double>& lines) {
   return text;
 }
 
-/// A fine sheet, 120 × 120 nodes 5 mm apart, that hangs from its upper edge and is creased in both directions.
+/// A fine sheet, 120 × 120 nodes 4 mm apart, that hangs from its upper edge and is creased in both directions.
 std::string creased_sheet() {
   constexpr int n = 120;
   std::string text;

@@ -251,8 +251,8 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
     warm_ = true;
     spent_ = 0;
   }
-  const int linear = solve_linear(s);
-  if (fresh_factor) linear_when_new_ = linear;
+  const int done = solve_linear(s), linear = stagnates_ ? most_linear : done;  // the factor is of no more use
+  if (fresh_factor) linear_when_new_ = done;
   excess_ += std::max(0, linear - usual_linear);
   spent_ += std::max(0, linear - linear_when_new_);
   // In a buckling sheet the tangent is too stiff, because it omits the negative terms of the Hessian: all steps point
@@ -276,6 +276,7 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
 void NewtonCloth::choose_factor(const ClothSystem& s) {
   if (!tangent_.holds_all() && excess_ > tangent_.cost_of_all()) {
     tangent_.hold_all(s);
+    if (!tangent_.holds_all()) return;
     warm_ = false;
     cost_ = std::max(factor_cost, tangent_.cost_of_all());
   }
@@ -332,6 +333,7 @@ int NewtonCloth::solve_linear(const ClothSystem& s) {
     if (!freedom_[at(n)].all) own = (freedom_[at(n)].free * own).eval();
   });
   change_ = correction_;
+  stagnates_ = false;
   const double target = std::max(forcing * sums_.norms(r), 0.2 * goal_);
   for (int k = 0; k < most_linear;) {
     if (directions_.size() == at(k)) {
@@ -345,7 +347,8 @@ int NewtonCloth::solve_linear(const ClothSystem& s) {
     const double norm = std::sqrt(sums_.dot(q, q));
     if (!(norm > 0)) return k;
     const Real scale = Real(1 / norm), a = Real(sums_.dot(r, q) / norm);
-    if (double(a) * double(a) <= stagnates * sums_.dot(r, r)) return k;
+    stagnates_ = double(a) * double(a) <= stagnates * sums_.dot(r, r);
+    if (stagnates_) return k;
     host_parallel("drench::cloth::newton_solution", nodes_, [&](const Index n) {
       at_node(q, n) *= scale;
       at_node(z, n) *= scale;

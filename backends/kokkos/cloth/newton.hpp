@@ -115,6 +115,7 @@ class NewtonCloth {
   double margin_ = 0;                 // 1: of the thickness, beyond the clearance
   double goal_ = 0;                   // N
   bool late_ = false;                 // what presses touches
+  bool stagnates_ = false;            // the linear solve made no more progress
   bool slow_ = false;                 // the residual has not halved in three iterations
   double first_length_ = 1;           // of a step that is tried
   int linear_when_new_ = 0;           // iterations of the linear solve for which the factor was made

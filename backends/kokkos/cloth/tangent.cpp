@@ -129,6 +129,11 @@ void ClothTangent::hold_all(const ClothSystem& s) {
     all_pairs_ = std::make_unique<Factor>();
     all_pairs_->cholesky = BlockCholesky(pattern_of(s, true));
     all_pairs_->all = true;
+    if (all_pairs_->cholesky.numbers() > most_numbers) {
+      all_pairs_.reset();
+      cost_of_all_ = std::numeric_limits<double>::infinity();
+      return;
+    }
     make_room(s, *all_pairs_);
   }
   held_ = all_pairs_.get();

@@ -24,6 +24,7 @@ struct NodeFreedom {
 class ClothTangent {
  public:
   ClothTangent(const Cloth& cloth, const ClothSystem& system);
+  ClothTangent(ClothTangent&&) = delete;  // held_ points into it
   /// K at x⁰ + `shift` (m): inertia, springs, membranes, strain limits and damping without what is negative in them;
   /// bending.
   void update(const ClothSystem& s, const std::vector<Double3>& shift);
@@ -36,7 +37,7 @@ class ClothTangent {
                 NodeVector& y) const;
   /// From now on the factor holds only the pairs of nodes that share an edge: the cheap one.
   void hold_edges() { held_ = &edge_pairs_; }
-  /// From now on it holds all pairs, also those that only bending joins.
+  /// From now on it holds all pairs, also those that only bending joins, if there is room for them.
   void hold_all(const ClothSystem& s);
   bool holds_all() const { return held_->all; }
   /// The cost of making a factor of all pairs, in iterations of the linear solver, as estimated from the links of a
