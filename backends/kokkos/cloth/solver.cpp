@@ -16,8 +16,7 @@ namespace {
 
 constexpr double rounding = 0.5;          // of ε Σ D L: what is left of a residual that is summed in this precision
 constexpr double trusted = 10;            // × the residual without multipliers: what xpbd may start from
-constexpr int checks_after_newton = 10;   // of iterations that go on from its result on a GPU's host
-constexpr int part_after_newton = 2;      // on a CPU: this part of the iterations at most
+constexpr int part_after_newton = 2;      // this part of the iterations at most goes on from its result
 constexpr int newton_after_failure = 10;  // iterations of a call, where another one in the same solve has not converged
 
 void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver) {
@@ -278,7 +277,7 @@ void ClothIteration::finish_on_host() {
   // Its goal allows for the rounding of double precision alone, that of the iterations for the kernels'.
   keep(residual());
   progress_.move_on(system_.solids.extent(0) > 0);
-  const int most = std::min(checks_after_newton, model.scene.cloth_solver.max_iterations / check_interval - 1);
+  const int most = model.scene.cloth_solver.max_iterations / part_after_newton / check_interval;
   for (int checks = 0; checks < most && best > 1; ++checks) {
     advance(check_interval);
     progress_.judge(residual());
