@@ -16,7 +16,7 @@ namespace {
 
 constexpr double rounding = 0.5;          // of ε Σ D L: what is left of a residual that is summed in this precision
 constexpr double trusted = 10;            // × the residual without multipliers: what xpbd may start from
-constexpr int part_after_newton = 2;      // this part of the iterations at most goes on from its result
+constexpr int part_after_newton = 2;      // beside a GPU: this part of the iterations at most goes on from its result
 constexpr int newton_after_failure = 10;  // iterations of a call, where another one in the same solve has not converged
 
 void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver) {
@@ -232,13 +232,12 @@ void ClothIteration::run(int most) {
     return;
   }
   if (progress_.iterations > 0) progress_.move_on(system_.solids.extent(0) > 0);
-  int end = progress_.iterations + most;
+  const int end = progress_.iterations + most;
   if (newton_) {
     if (run_newton(solver_, system_, progress_, has_failed_ ? std::min(most, newton_after_failure) : most, tolerance_))
       return;
     has_failed_ = true;
     begin_newton_anew(solver_);
-    end = std::min(end, progress_.iterations + std::max(check_interval, most / part_after_newton));
   }
   const double before = progress_.residual;
   do {
