@@ -28,12 +28,9 @@ struct MeshFile {
   MeshFile& operator=(const MeshFile&) = delete;
 };
 
-/// A sheet in the plane y = 0 whose lines lie at `lines` along x and z.
-std::string tensor_grid(const std::vector<double>& lines) {
+/// Triangles between n × n points, with diagonals in both directions in turn.
+std::string faces_of_a_square(std::size_t n) {
   std::string text;
-  for (const double z : lines)
-    for (const double x : lines) text += fmt::format("v {} 0 {}\n", x, z);
-  const std::size_t n = lines.size();
   for (std::size_t j = 0; j + 1 < n; ++j)
     for (std::size_t i = 0; i + 1 < n; ++i) {
       const std::size_t a = 1 + i + j * n, b = a + 1, c = a + n, d = c + 1;
@@ -41,6 +38,14 @@ std::string tensor_grid(const std::vector<double>& lines) {
                                : fmt::format("f {} {} {}\nf {} {} {}\n", a, c, b, b, c, d);
     }
   return text;
+}
+
+/// A sheet in the plane y = 0 whose lines lie at `lines` along x and z.
+std::string tensor_grid(const std::vector<double>& lines) {
+  std::string text;
+  for (const double z : lines)
+    for (const double x : lines) text += fmt::format("v {} 0 {}\n", x, z);
+  return text + faces_of_a_square(lines.size());
 }
 
 /// A fine sheet, 120 × 120 nodes 4 mm apart, that hangs from its upper edge and is creased in both directions.
@@ -53,13 +58,7 @@ std::string creased_sheet() {
       text +=
           fmt::format("v {} {} {}\n", 0.004 * i, -0.004 * j, 0.002 * std::sin(turn * i) * std::sin(turn * j + 0.3 * i));
     }
-  for (int j = 0; j + 1 < n; ++j)
-    for (int i = 0; i + 1 < n; ++i) {
-      const int a = 1 + i + j * n, b = a + 1, c = a + n, d = c + 1;
-      text += (i + j) % 2 == 0 ? fmt::format("f {} {} {}\nf {} {} {}\n", a, c, d, a, d, b)
-                               : fmt::format("f {} {} {}\nf {} {} {}\n", a, c, b, b, c, d);
-    }
-  return text;
+  return text + faces_of_a_square(n);
 }
 
 /// A prism over a star: a closed mesh with teeth.
