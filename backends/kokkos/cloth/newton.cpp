@@ -11,22 +11,22 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int most_iterations = 40;  // of one solve
-constexpr int most_linear = 60;      // iterations of a linear solve
-constexpr double forcing = 0.05;     // of the linear residual that may be left
-constexpr double stagnates = 1e-8;   // of the square of the linear residual that an iteration takes away: no progress
-constexpr double factor_cost = 8;    // a new factor takes as long as so many linear iterations
-constexpr int usual_linear = 10;     // iterations of a linear solve with a factor of all pairs
-constexpr Index many_changed = 20;   // nodes whose free directions differ from the factor's, likewise
-constexpr Index few_toggled = 2;     // nodes that may change their state while steps are combined
-constexpr double most_growth = 2;    // of the residual that a step may cause
-constexpr int most_halvings = 3;     // of a step
-constexpr int late_after = 6;        // iterations: then what presses touches, whatever sweeps foresee, ...
-constexpr Index many_toggled = 40;   // ... if so many nodes still change their state, ...
-constexpr int stands_after = 12;     // ... or, in every other four iterations, if the residual does not fall
-constexpr int slow_after = 4;        // iterations: then what has not halved in three of them is relaxed locally
-constexpr double same_way = 0.3;     // cosine between two steps of a slow solve above which the second is lengthened
-constexpr double longest = 32;       // times the Newton step: the most that it is lengthened
+constexpr int most_iterations = 40;   // of one solve
+constexpr int most_linear = 60;       // iterations of a linear solve
+constexpr double forcing = 0.05;      // of the linear residual that may be left
+constexpr double no_progress = 1e-8;  // of the square of the linear residual, if an iteration takes away no more
+constexpr double factor_cost = 8;     // a new factor takes as long as so many linear iterations
+constexpr int usual_linear = 10;      // iterations of a linear solve with a factor of all pairs
+constexpr Index many_changed = 20;    // nodes whose free directions differ from the factor's, likewise
+constexpr Index few_toggled = 2;      // nodes that may change their state while steps are combined
+constexpr double most_growth = 2;     // of the residual that a step may cause
+constexpr int most_halvings = 3;      // of a step
+constexpr int late_after = 6;         // iterations: then what presses touches, whatever sweeps foresee, ...
+constexpr Index many_toggled = 40;    // ... if so many nodes still change their state, ...
+constexpr int stands_after = 12;      // ... or, in every other four iterations, if the residual does not fall
+constexpr int slow_after = 4;         // iterations: then what has not halved in three of them is relaxed locally
+constexpr double same_way = 0.3;      // cosine between two steps of a slow solve above which the second is lengthened
+constexpr double longest = 32;        // times the Newton step: the most that it is lengthened
 constexpr double margin_at_dynamic_bodies = 0.002;  // of the thickness, beyond the clearance: where pressed nodes end
 constexpr double rounding = 0.5 * 2.2e-16;          // of Σ D L: what the sums leave of a residual
 
@@ -251,7 +251,7 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
     warm_ = true;
     spent_ = 0;
   }
-  const int done = solve_linear(s), linear = stagnates_ ? most_linear : done;  // the factor is of no more use
+  const int done = solve_linear(s), linear = stagnates_ ? most_linear : done;  // such a factor is of no use
   if (fresh_factor) linear_when_new_ = done;
   excess_ += std::max(0, linear - usual_linear);
   spent_ += std::max(0, linear - linear_when_new_);
@@ -274,12 +274,11 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
 /// Once the linear iterations that a factor of all pairs would have saved in this time step have cost as much as that
 /// factor, it replaces the cheap one.
 void NewtonCloth::choose_factor(const ClothSystem& s) {
-  if (!tangent_.holds_all() && excess_ > tangent_.cost_of_all()) {
-    tangent_.hold_all(s);
-    if (!tangent_.holds_all()) return;
-    warm_ = false;
-    cost_ = std::max(factor_cost, tangent_.cost_of_all());
-  }
+  if (tangent_.holds_all() || !(excess_ > tangent_.cost_of_all())) return;
+  tangent_.hold_all(s);
+  if (!tangent_.holds_all()) return;
+  warm_ = false;
+  cost_ = std::max(factor_cost, tangent_.cost_of_all());
 }
 
 /// A step of a node that touches a solid, as far as the solid's surface goes on as a plane there: beyond an edge it
@@ -347,7 +346,7 @@ int NewtonCloth::solve_linear(const ClothSystem& s) {
     const double norm = std::sqrt(sums_.dot(q, q));
     if (!(norm > 0)) return k;
     const Real scale = Real(1 / norm), a = Real(sums_.dot(r, q) / norm);
-    stagnates_ = double(a) * double(a) <= stagnates * sums_.dot(r, r);
+    stagnates_ = double(a) * double(a) <= no_progress * sums_.dot(r, r);
     if (stagnates_) return k;
     host_parallel("drench::cloth::newton_solution", nodes_, [&](const Index n) {
       at_node(q, n) *= scale;

@@ -15,7 +15,7 @@ namespace {
 constexpr Real negligible = Real(1e-10);  // of the largest entry of a block
 constexpr double most_whole_work = 1e8;   // multiplications for which the factor holds all pairs that bend, some 3 ms
 constexpr double least_growth = 4;      // of the multiplications with all pairs: 8 to 30 times those of the edges alone
-constexpr double most_numbers = 2.5e8;  // of a factor with all pairs, as estimated
+constexpr double most_numbers = 2.5e8;  // of a factor with all pairs: about 1 GB in single precision
 constexpr double work_per_iteration = 50;  // multiplications of a factor, per number of the factor of the edges, in
                                            // the time of a linear iteration
 
