@@ -80,7 +80,11 @@ ImportedMesh imported_mesh(const std::string& file, const std::optional<std::str
   ImportedMesh mesh;
   std::getline(printed, mesh.first);
   std::string pattern;
-  if (std::getline(printed, pattern) && printed >> mesh.per_second) mesh.sequence = pattern;
+  double rate = 0;
+  if (std::getline(printed, pattern) && printed >> rate) {
+    mesh.sequence = pattern;
+    mesh.per_second = rate;
+  }
   return mesh;
 }
 

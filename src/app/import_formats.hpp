@@ -14,9 +14,9 @@ std::string imported_endings();
 
 /// The PLY files of an imported mesh.
 struct ImportedMesh {
-  std::string first;      // file
-  std::string sequence;   // pattern of all files of a mesh that moves, else ""
-  double per_second = 0;  // files of the sequence, 1/s
+  std::string first;          // file
+  std::string sequence = "";  // pattern of all files of a mesh that moves, else ""
+  double per_second = 24;     // files of a sequence, 1/s
 };
 
 /// Imports its mesh `prim`, or else the only one, beside itself. Throws ExportError.

@@ -79,7 +79,7 @@ ImportedMesh mesh_of(const std::string& file, const std::optional<std::string>& 
       std::find(read.begin(), read.end(), ending) == read.end() && !fs::is_directory(file, unknown))
     throw SetupError(fmt::format("mesh file '{}': unknown extension; allowed: {}, {}", file, fmt::join(read, ", "),
                                  imported_endings()));
-  return is_imported(file) ? imported_mesh(file, prim) : ImportedMesh{file, "", 0};
+  return is_imported(file) ? imported_mesh(file, prim) : ImportedMesh{file};
 }
 
 }  // namespace
@@ -106,9 +106,8 @@ int new_command(const NewOptions& options) {
   } catch (const DeviceError&) {
   }
   const MeshPaths paths = writes_elsewhere(options.output) ? MeshPaths::absolute : MeshPaths::as_given;
-  const FirstScene scene = body.sequence.empty()
-                               ? first_scene(mesh.first, body.first, trial, paths)
-                               : first_scene(mesh.first, body.sequence, trial, paths, body.per_second);
+  const FirstScene scene =
+      first_scene(mesh.first, body.sequence.empty() ? body.first : body.sequence, trial, paths, body.per_second);
   for (const std::string& line : scene.warnings) fmt::print(stderr, "warning: {}\n", line);
   if (options.output.empty()) {
     fmt::print("{}", scene.yaml);

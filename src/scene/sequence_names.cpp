@@ -51,7 +51,7 @@ std::vector<std::string> sequence_names(const std::string& pattern, const std::s
   std::smatch found;
   if (std::regex_search(last, found, number))
     return numbered(before + found.prefix().str(), found[1].matched ? std::stoi(found[1]) : 1, found.suffix(), folder);
-  if (fs::path(pattern).filename().string().find('*') != std::string::npos) return alike(pattern, folder);
+  if (last.find('*') != std::string::npos) return alike(pattern, folder);
   return {pattern};
 }
 

@@ -234,11 +234,11 @@ void settle_nodes_in_solids(Setup& setup) {
         const double distance = signed_distance(body, m.mesh.rest_position[n], normal);
         if (distance >= -rounding_of(body)) continue;
         deepest = std::max(deepest, -distance);
-        setup.deepest_inside = std::max(setup.deepest_inside, deepest);
         ++inside;
         break;
       }
     }
+    setup.deepest_inside = std::max(setup.deepest_inside, deepest);
     const int steps = m.scene.cloths[k].settle;
     c.release = std::max(least_release * c.thickness, (deepest + c.thickness) / steps) / m.scene.time.step;
     for (ClothMaterial& patch : m.patches)
