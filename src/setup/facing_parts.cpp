@@ -228,8 +228,8 @@ class PartDistances {
   std::optional<Distances> at_point(const Vector3d& x, double phi, double band, double reach, Near& near) const {
     const double rounding = 8 * surface_.body.field.spacing;  // far from the surface phi is interpolated
     if (phi > band + rounding || (!overlap_ && phi < -band - rounding)) return std::nullopt;
+    if (!is_within(own_[0], x, band, near[0]) && !is_within(own_[1], x, band, near[1])) return std::nullopt;
     const Distances own{distance(own_[0], x, near[0]), distance(own_[1], x, near[1])};
-    if (std::min(own[0], own[1]) > band) return std::nullopt;
     const double rest = distance(rest_, x, near[2]);
     if (rest <= std::min(own[0], own[1])) return std::nullopt;
     const Distances with_rest{std::min(own[0], rest), std::min(own[1], rest)};
@@ -256,6 +256,10 @@ class PartDistances {
   };
   static double distance(const Tree& t, const Vector3d& x, Index& near) {
     return t.number.empty() ? std::numeric_limits<double>::infinity() : std::sqrt(t.tree->squared_distance(x, near));
+  }
+  /// Is x no farther than `bound` (m) from a part?
+  static bool is_within(const Tree& t, const Vector3d& x, double bound, Index& near) {
+    return !t.number.empty() && t.tree->squared_distance(x, near, bound * bound) <= bound * bound;
   }
   /// Is x behind the triangle of a part that is nearest to it?
   bool is_behind(std::size_t part, const Near& near, const Vector3d& x) const {

@@ -119,6 +119,10 @@ double TriangleTree::to_triangle(const Vector3d& x, Index t) const {
 }
 
 double TriangleTree::squared_distance(const Vector3d& x, Index& near) const {
+  return squared_distance(x, near, std::numeric_limits<double>::infinity());
+}
+
+double TriangleTree::squared_distance(const Vector3d& x, Index& near, double bound) const {
   struct Entry {
     Index node;
     float square;  // to its box, at most
@@ -132,7 +136,7 @@ double TriangleTree::squared_distance(const Vector3d& x, Index& near) const {
   open[count++] = {0, 0};
   while (count > 0) {
     const Entry entry = open[--count];
-    if (entry.square > best) continue;
+    if (entry.square > std::min(best, bound)) continue;
     if (entry.node < 0) {
       const double square = to_triangle(x, -1 - entry.node);
       if (square < best) near = -1 - entry.node;
@@ -147,7 +151,7 @@ double TriangleTree::squared_distance(const Vector3d& x, Index& near) const {
     const std::size_t first = count;
     for (int c = 0; c < width; ++c) {
       const Entry child{node.child[static_cast<std::size_t>(c)], square[c] * smaller};
-      if (child.square > best) continue;
+      if (child.square > std::min(best, bound)) continue;
       std::size_t k = count++;
       for (; k > first && open[k - 1].square < child.square; --k) open[k] = open[k - 1];
       open[k] = child;

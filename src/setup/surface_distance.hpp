@@ -17,6 +17,8 @@ class TriangleTree {
   /// The square of the distance from x to the nearest triangle, m². `near`: a triangle that may be the nearest, and the
   /// search is short if it is; becomes one that is.
   double squared_distance(const Eigen::Vector3d& x, Index& near) const;
+  /// The same where it is no more than `bound`, m²; else any value larger than that, and `near` may be any triangle.
+  double squared_distance(const Eigen::Vector3d& x, Index& near, double bound) const;
   /// Which of the triangles that the tree was made of `near` is.
   Index number_of(Index near) const { return number_[static_cast<std::size_t>(near)]; }
 
