@@ -82,7 +82,7 @@ void add_run_options(CLI::App& run, drench::RunOptions& options) {
                  "continue from this checkpoint, or from the newest one in this output folder");
   run.add_option("--threads", options.threads, "number of threads")->check(at_least(1, drench::most_threads));
   run.add_flag("--quiet", options.quiet, "print only errors");
-  run.add_flag("--profile", options.profile, "print the time of each stage at the end");
+  run.add_flag("--profile", options.profile, "print the time of each stage and the memory of each array at the end");
   run.add_flag("--no-output", options.no_output, "write no files");
   run.add_flag("--overwrite", options.overwrite, "replace the files of an earlier run in the output folder");
 #ifdef DRENCH_HAS_VIEW

@@ -34,6 +34,7 @@ void RunLog::write(const std::string& text) {
 std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
                            const std::array<double, stage_count>& milliseconds) {
   ++steps_;
+  particles_ = r.particles;
   clamped_ += r.clamped;
   density_.add(std::max(r.density_error, r.density_found));
   cloth_.add(r.cloth_residual);
@@ -125,6 +126,24 @@ std::string RunTotals::stage_table(const std::vector<Stage>& stages) const {
   std::string table;
   for (const Stage s : stages) table += row(name_of(s), milliseconds_[static_cast<std::size_t>(s)]);
   return table + row("all stages", total);
+}
+
+std::string RunTotals::array_table(const std::vector<NamedArray>& arrays) const {
+  std::int64_t total = 0, small = 0;
+  for (const NamedArray& a : arrays) total += a.bytes;
+  const auto row = [&](std::string_view name, std::int64_t bytes) {
+    const std::string share = particles_ > 0 ? fmt::format(" {:>10.1f} B/particle",
+                                                           static_cast<double>(bytes) / static_cast<double>(particles_))
+                                             : "";
+    return fmt::format("{:<42}{:>10.2f} MiB{}\n", name, static_cast<double>(bytes) / (1 << 20), share);
+  };
+  std::string table;
+  for (const NamedArray& a : arrays)
+    if (100 * a.bytes >= total)
+      table += row(a.name, a.bytes);
+    else
+      small += a.bytes;
+  return table + row("smaller arrays", small) + row("all arrays at the end", total);
 }
 
 }  // namespace drench

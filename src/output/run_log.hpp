@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pipeline/backend.hpp"
+#include "pipeline/runtime.hpp"
 #include "pipeline/stage_list.hpp"
 
 namespace drench {
@@ -47,6 +48,9 @@ class RunTotals {
   std::string end(double time, double seconds, double mass_error) const;
   /// Table of the stages' total times, one line each.
   std::string stage_table(const std::vector<Stage>& stages) const;
+  /// Table of the backend's arrays (named_arrays()), in all and for each particle of the last step; arrays below 1 % of
+  /// all share one line.
+  std::string array_table(const std::vector<NamedArray>& arrays) const;
   const std::array<double, stage_count>& milliseconds() const { return milliseconds_; }
   std::int64_t steps() const { return steps_; }
 
@@ -67,6 +71,7 @@ class RunTotals {
     }
   };
   Mean density_, cloth_, saturation_;  // 1
+  std::int64_t particles_ = 0;         // of the last step
   std::int64_t steps_ = 0, clamped_ = 0, tunnelled_ = 0, escaped_ = 0;
   std::array<double, stage_count> milliseconds_{};
 };

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace drench {
 
@@ -78,6 +79,14 @@ struct ArrayMemory {
 };
 /// The backend's arrays, as they are now.
 ArrayMemory array_memory();
+
+/// Arrays of the backend that have one name, together.
+struct NamedArray {
+  std::string name;
+  std::int64_t bytes = 0;
+};
+/// The backend's arrays as they are now, the largest first.
+std::vector<NamedArray> named_arrays();
 
 /// Lines of `name: value`: the execution space, device, memory, threads and library versions. Only while a
 /// BackendRuntime lives.

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "commands_fixture.hpp"
 #include "frame_reader.hpp"
 #include "pipeline/runtime.hpp"
@@ -155,6 +157,25 @@ TEST_F(Commands, ProfilePrintsATableOfTheStages) {
   EXPECT_EQ(o.code, 0) << o.err;
   for (const char* row : {"\ntime_step ", "\npressure ", "\nledger ", "\nall stages "})
     EXPECT_NE(o.out.find(row), std::string::npos) << row << " is missing in:\n" << o.out;
+}
+
+TEST_F(Commands, ProfilePrintsTheMemoryOfTheLargestArrays) {
+  const Outcome o = drench({"run", "tiny.yaml", "--profile", "--no-output", "--steps", "2"});
+  EXPECT_EQ(o.code, 0) << o.err;
+  std::istringstream lines(o.out);
+  double rows = 0, total = 0;  // MiB
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find(" MiB ") == std::string::npos || line.find("B/particle") == std::string::npos) continue;
+    const double mebibytes = std::stod(line.substr(42));
+    if (line.starts_with("all arrays at the end"))
+      total = mebibytes;
+    else
+      rows += mebibytes;
+  }
+  EXPECT_GT(total, 0) << o.out;
+  EXPECT_NEAR(rows, total, 0.2) << o.out;  // of roundings
+  const Outcome plain = drench({"run", "tiny.yaml", "--no-output", "--steps", "2"});
+  EXPECT_EQ(plain.out.find("B/particle"), std::string::npos) << plain.out;
 }
 
 TEST_F(Commands, AClothSolveThatEndsAtItsCapIsLogged) {

@@ -8,6 +8,8 @@
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -24,9 +26,18 @@ namespace {
 namespace Tools = Kokkos::Tools::Experimental;
 
 std::atomic<std::int64_t> bytes_now{0}, bytes_peak{0};
+std::mutex names_mutex;
+std::map<std::string, std::int64_t> bytes_of_name;
 // What a profiler had asked to be told; it is told still.
 Kokkos_Profiling_allocateDataFunction next_allocate = nullptr;
 Kokkos_Profiling_deallocateDataFunction next_deallocate = nullptr;
+
+void count_name(const char* label, std::int64_t bytes) {
+  const std::scoped_lock lock(names_mutex);
+  const auto entry = bytes_of_name.try_emplace(label, 0).first;
+  entry->second += bytes;
+  if (entry->second == 0) bytes_of_name.erase(entry);
+}
 
 bool is_backends(const Kokkos_Profiling_SpaceHandle& space) {
   return std::strncmp(space.name, kokkos_backend::MemSpace::name(), sizeof(space.name)) == 0;
@@ -38,12 +49,16 @@ void on_allocate(Kokkos_Profiling_SpaceHandle space, const char* label, const vo
     std::int64_t peak = bytes_peak;
     while (now > peak && !bytes_peak.compare_exchange_weak(peak, now)) {
     }
+    count_name(label, static_cast<std::int64_t>(size));
   }
   if (next_allocate) next_allocate(space, label, data, size);
 }
 
 void on_deallocate(Kokkos_Profiling_SpaceHandle space, const char* label, const void* data, std::uint64_t size) {
-  if (is_backends(space)) bytes_now -= static_cast<std::int64_t>(size);
+  if (is_backends(space)) {
+    bytes_now -= static_cast<std::int64_t>(size);
+    count_name(label, -static_cast<std::int64_t>(size));
+  }
   if (next_deallocate) next_deallocate(space, label, data, size);
 }
 
@@ -128,6 +143,16 @@ DeviceMemory device_memory() {
 }
 
 ArrayMemory array_memory() { return {bytes_now, bytes_peak}; }
+
+std::vector<NamedArray> named_arrays() {
+  std::vector<NamedArray> arrays;
+  {
+    const std::scoped_lock lock(names_mutex);
+    for (const auto& [name, bytes] : bytes_of_name) arrays.push_back({name, bytes});
+  }
+  std::ranges::stable_sort(arrays, [](const NamedArray& a, const NamedArray& b) { return a.bytes > b.bytes; });
+  return arrays;
+}
 
 BackendRuntime::BackendRuntime(int threads, bool quiet) {
   [[maybe_unused]] const bool starts = !Kokkos::is_initialized();
