@@ -10,6 +10,9 @@ namespace drench::kokkos_backend {
 // check to check.
 inline constexpr int plain_iterations = 10, plain_iterations_later = 2, check_interval = 10;
 inline constexpr int patient = 9;  // checks after which xpbd's residual must have fallen
+// Checks in which the smallest residual has to fall to this part of what it was; else the iterations stall.
+inline constexpr int stall_checks = 40;
+inline constexpr double stall_part = 0.95;
 
 /// The residual in units of its goal, of the nodes' shares (ClothSystem::imbalance).
 KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) {
@@ -20,7 +23,9 @@ KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) {
 struct ClothProgress {
   double rho = 0, omega = 1, smallest = 1e300, residual = 1e300, marked = 1e300;
   int since_restart = 0, iterations = 0, plain = plain_iterations, since_mark = 0;
-  int patience = 0;  // checks after which the residual must be below the marked one; 0: it may be anything
+  double last_progress = 1e300;  // the residual that counts for a stall
+  int since_progress = 0;        // checks
+  int patience = 0;              // checks after which the residual must be below the marked one; 0: it may be anything
 
   /// ω of the next iteration.
   KOKKOS_INLINE_FUNCTION Real next_weight() {
@@ -34,8 +39,11 @@ struct ClothProgress {
   KOKKOS_INLINE_FUNCTION void move_on(bool solids) {
     restart(solids ? plain_iterations : plain_iterations_later);
     if (patience > 0 && residual > 1) patience = 1;
-    smallest = marked = 1e300;
+    smallest = marked = last_progress = 1e300;
+    since_progress = 0;
   }
+  /// More iterations would find little: measured on scenes in docs/dev/cloth.md.
+  KOKKOS_INLINE_FUNCTION bool stalls() const { return since_progress >= stall_checks; }
   /// If the residual has not fallen in time, or has grown tenfold over the smallest so far, ρ is lowered and the
   /// weights start again.
   KOKKOS_INLINE_FUNCTION void judge(double found) {
@@ -44,6 +52,11 @@ struct ClothProgress {
     if (patience > 0 && due && found > marked) slow_down(plain_iterations_later);
     if (found > 10 * smallest) slow_down(plain_iterations);
     smallest = smaller(smallest, found);
+    ++since_progress;
+    if (found < stall_part * last_progress) {
+      last_progress = found;
+      since_progress = 0;
+    }
     if (!due) return;
     marked = found;
     since_mark = 0;

@@ -4,7 +4,7 @@
 
 namespace drench::kokkos_backend {
 
-HostCloth::HostCloth(const Bodies& bodies, const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s)
+HostCloth::HostCloth(const Bodies& bodies, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s)
     : system(s) {
   displacement = copy(solver.displacement);
   const Nodes& nodes = cloth.nodes;
@@ -30,7 +30,7 @@ HostCloth::HostCloth(const Bodies& bodies, const Cloth& cloth, const ClothSolver
   system.limit_stiffness = copy(mesh.limit_stiffness);
   system.membrane = copy(mesh.membrane);
   system.materials = {copy(material_numbers(nodes)), copy(cloth.materials)};
-  system.solids = copy_solids(bodies);
+  system.solids = copy_solids(bodies, solver);
 }
 
 template <class T>
@@ -43,13 +43,19 @@ Entries<T> HostCloth::copy(const Field<T>& a) {
   return {own.data(), own.extent(0)};
 }
 
-Slice<const Solid> HostCloth::copy_solids(const Bodies& bodies) {
+Slice<const Solid> HostCloth::copy_solids(const Bodies& bodies, ClothSolverWork& solver) {
   const Entries<Solid> solids = copy(bodies.solids);
-  const Entries<const Real> fields = copy(bodies.distance_fields);
+  // Up to hundreds of megabytes that never change.
+  auto& fields = solver.fields_on_host;
+  if (bodies.distance_fields.exists() && fields.extent(0) == 0) {
+    fields = Kokkos::View<Real*, Kokkos::HostSpace>(
+        Kokkos::ViewAllocateWithoutInitializing("drench::cloth::fields_on_host"), bodies.distance_fields.extent(0));
+    copy_now(fields, bodies.distance_fields);
+  }
   const std::size_t count = bodies.solids.extent(0);
   for (std::size_t b = 0; b < count; ++b) {
     Solid& solid = solids(b);
-    if (solid.field != nullptr) solid.field = fields.data + (solid.field - bodies.distance_fields.data());
+    if (solid.field != nullptr) solid.field = fields.data() + (solid.field - bodies.distance_fields.data());
   }
   for (const auto& body : bodies.deforming) {
     Solid& solid = solids(body->index);

@@ -11,7 +11,7 @@ namespace drench::kokkos_backend {
 /// A copy of all that a ClothSystem points to, and of the displacements, as they are now. Waits.
 class HostCloth {
  public:
-  HostCloth(const Bodies& bodies, const Cloth& cloth, const ClothSolverWork& solver, const ClothSystem& s);
+  HostCloth(const Bodies& bodies, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);
   /// The solver's displacements become those here.
   void write_displacement(ClothSolverWork& solver) const;
 
@@ -21,7 +21,7 @@ class HostCloth {
  private:
   template <class T>
   Entries<T> copy(const Field<T>& a);
-  Slice<const Solid> copy_solids(const Bodies& bodies);
+  Slice<const Solid> copy_solids(const Bodies& bodies, ClothSolverWork& solver);
 
   std::vector<std::any> kept_;  // the copies
 };

@@ -240,11 +240,12 @@ void ClothIteration::run(int most) {
     begin_newton_anew(solver_);
   }
   const double before = progress_.residual;
+  const bool newton_helps = method_ == ClothMethod::pd && constants_.model.cloth_engine != ClothEngine::reference;
   do {
     stop_if_requested();
     advance(std::min(check_interval, end - progress_.iterations));
     progress_.judge(residual());
-  } while (progress_.residual > 1 && progress_.iterations < end);
+  } while (progress_.residual > 1 && progress_.iterations < end && !(newton_helps && progress_.stalls()));
   // These iterations may end farther from the solution than Newton's method did.
   if (!newton_ || progress_.residual <= before) return;
   restore_newton(solver_, system_);
@@ -277,7 +278,7 @@ void ClothIteration::finish_on_host() {
   keep(residual());
   progress_.move_on(system_.solids.extent(0) > 0);
   const int most = model.scene.cloth_solver.max_iterations / part_after_newton / check_interval;
-  for (int checks = 0; checks < most && best > 1; ++checks) {
+  for (int checks = 0; checks < most && best > 1 && !progress_.stalls(); ++checks) {
     advance(check_interval);
     progress_.judge(residual());
     keep(progress_.residual);

@@ -29,6 +29,7 @@ struct ClothSolverWork {
   Field<Real> triangle_rate;                       // 2 per triangle: θ, 1
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
   std::shared_ptr<class NewtonCloth> newton;       // of a host, or of a GPU's (cloth/newton.hpp)
+  Kokkos::View<Real*, Kokkos::HostSpace> fields_on_host;  // a GPU's Bodies::distance_fields, once its host needs them
 };
 
 MemoryEstimate cloth_solver_bytes(const Sizing& s);
@@ -391,7 +392,7 @@ class ClothIteration {
   void run(int most);
   /// Waits for the iterations. The residual is in units of its goal: converged if ≤ 1.
   const ClothProgress& progress();
-  /// Where the iterations of a GPU have ended at their cap, Newton's method goes on, on its host, and then a few more
+  /// Where the iterations of a GPU have ended above the goal, Newton's method goes on, on its host, and then a few more
   /// iterations; the best of what they find is the result. Waits.
   void finish_on_host();
   /// Shortens the step of each cloth where a solve that ended at its cap has led uphill (line search, cloth.hpp).

@@ -324,7 +324,7 @@ __global__ void __launch_bounds__(threads, 1)
           // The next iterate is on its way already: one barrier serves it and the sum.
           progress.judge(over_goal(meeting.sum(node.imbalance(r, run), a.part)));
           found = true;
-          done = progress.residual <= 1 || progress.iterations >= end;
+          done = progress.residual <= 1 || progress.iterations >= end || progress.stalls();
           if (done) break;
           check = next_check();
           again = progress.since_restart == 0;
