@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "cloth/solver.hpp"
 #include "cloth_scenes.hpp"
@@ -108,6 +109,27 @@ TEST(cloth, momentum_of_xpbd_yields_where_the_residual_does_not_fall_in_time) {
   EXPECT_EQ(moved.patience, 1);
   moved.judge(30);  // the new target's first
   EXPECT_DOUBLE_EQ(moved.rho, 0.99);
+}
+
+TEST(cloth, iterations_stall_where_their_residual_has_stopped_falling) {
+  using kokkos_backend::ClothProgress;
+  const auto checks_until_stall = [](const std::function<double(int)>& residual) {
+    ClothProgress p;
+    int checks = 0;
+    for (; checks < 1000 && !p.stalls(); ++checks) p.judge(residual(checks));
+    return checks;
+  };
+  const int limit = kokkos_backend::stall_checks;
+  EXPECT_EQ(checks_until_stall([](int) { return 5.0; }), 1 + limit);
+  EXPECT_EQ(checks_until_stall([](int k) { return k < 30 ? 1e3 / (k + 1) : 50.0 + k % 3; }), 30 + limit);
+  EXPECT_EQ(checks_until_stall([](int k) { return 1e6 * std::pow(0.99, k); }), 1000) << "slow, but to its goal";
+  EXPECT_EQ(checks_until_stall([](int k) { return std::pow(0.99, k) * (k % 20 == 0 ? 10 : 100); }), 1000)
+      << "swings, but falls";
+  ClothProgress moved;
+  for (int k = 0; k <= limit; ++k) moved.judge(5);
+  ASSERT_TRUE(moved.stalls());
+  moved.move_on(true);
+  EXPECT_FALSE(moved.stalls());
 }
 
 TEST(cloth, by_xpbd_in_contact_with_a_sphere_agrees_with_the_reference) {
