@@ -20,6 +20,9 @@ if(DRENCH_BACKEND STREQUAL cuda)
   # CMake 3.25.1 fails at a toolkit without nvToolsExt, such as CUDA 13, in projects that require CMake 3.25.
   set(required ${CMAKE_MINIMUM_REQUIRED_VERSION})
   set(CMAKE_MINIMUM_REQUIRED_VERSION 3.24)
+  if(DEFINED ENV{CUDA_ROOT} AND NOT CUDAToolkit_ROOT)
+    set(CUDAToolkit_ROOT $ENV{CUDA_ROOT})
+  endif()
   find_package(CUDAToolkit 12 QUIET)  # C++20
   set(CMAKE_MINIMUM_REQUIRED_VERSION ${required})
   if(NOT CUDAToolkit_FOUND)

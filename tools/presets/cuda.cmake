@@ -3,6 +3,3 @@
 # The toolkit is the nvcc on the PATH, or the one under CUDA_ROOT. Files that hold kernels go through Kokkos' nvcc_wrapper,
 # everything else through the ordinary compiler.
 set(DRENCH_BACKEND cuda CACHE STRING "")
-if(DEFINED ENV{CUDA_ROOT})
-  set(CUDAToolkit_ROOT $ENV{CUDA_ROOT} CACHE PATH "")
-endif()
