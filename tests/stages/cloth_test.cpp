@@ -121,7 +121,7 @@ TEST(cloth, iterations_stall_where_their_residual_has_stopped_falling) {
   };
   const int limit = kokkos_backend::stall_checks;
   EXPECT_EQ(checks_until_stall([](int) { return 5.0; }), 1 + limit);
-  EXPECT_EQ(checks_until_stall([](int k) { return k < 30 ? 1e3 / (k + 1) : 50.0 + k % 3; }), 30 + limit);
+  EXPECT_EQ(checks_until_stall([](int k) { return k < 30 ? 1e3 * std::pow(0.8, k) : 50.0 + k % 3; }), 30 + limit);
   EXPECT_EQ(checks_until_stall([](int k) { return 1e6 * std::pow(0.99, k); }), 1000) << "slow, but to its goal";
   EXPECT_EQ(checks_until_stall([](int k) { return std::pow(0.99, k) * (k % 20 == 0 ? 10 : 100); }), 1000)
       << "swings, but falls";

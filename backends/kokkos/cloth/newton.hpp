@@ -24,9 +24,12 @@ struct NodeNearby {
   Double3 left;          // what contact leaves of the residual, without friction, N
   bool blocked = false;  // friction presses it into a plane beside those that it is pressed onto
 
-  /// What presses the node into the one plane that it has, or into all of them, N.
-  double press(const Double3& residual, bool one) const {
-    return pinched || !one ? contact.press : std::max(0.0, -dot(residual, normal[0]));
+  /// What presses the node into its planes, N. `touching`: a bit of each that it is brought onto. Where it is one alone
+  /// that does not press yet, what will press there.
+  double press(const Double3& residual, std::uint8_t touching) const {
+    const int k = touching == 1 ? 0 : touching == 2 ? 1 : touching == 4 ? 2 : -1;
+    if (pinched || k < 0 || (count > 1 && contact.press > 0)) return contact.press;
+    return std::max(0.0, -dot(residual, normal[k]));
   }
 };
 

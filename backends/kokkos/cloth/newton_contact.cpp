@@ -15,6 +15,22 @@ constexpr int zone_sweeps = 4;                 // of Gauss-Seidel
 constexpr Real other_directions = Real(0.02);  // squared: from there on a node is free in others than in the factor
 constexpr Real new_plane = Real(0.05);         // sine of the angle from which on a plane counts beside others
 
+/// How the squeezing force (26a) of two solids grows as the node slips along e into the gap, N/m; 0 if it slips out.
+double narrowing(const ClothSystem& s, const NodeNearby& near, const NodeTerms& t, const Double3& shift,
+                 const Column3& e) {
+  const double free_width = 2 * double(t.clearance.thickness), rigid = t.rigid_share;
+  double width = 0;  // over that of the free cloth
+  Column3 widening = Column3::Zero();
+  for (int k = 0; k < 2; ++k) {
+    const NearSolid<double> own = near_solid(s.solids(near.solid[k]), t.start, shift, t.clearance);
+    width += own.at.phi / free_width;
+    widening += column((own.at.slope / free_width) * own.at.normal);
+  }
+  if (!(width > rigid + 0.01)) return 0;
+  const double rate = 2 * double(t.compression) * (1 - rigid) / ((width - rigid) * (width - rigid));
+  return rate * std::max(0.0, -double(widening.dot(e)));
+}
+
 }  // namespace
 
 void NewtonCloth::begin_zone(const ClothSystem& s) {
@@ -30,7 +46,7 @@ void NewtonCloth::begin_zone(const ClothSystem& s) {
     const Index n = z.node;
     const NodeNearby& near = now_.near[at(n)];
     const NodeTerms t = s.terms(n);
-    const double press = near.press(now_.residual[at(n)], near.count == 1);
+    const double press = near.press(now_.residual[at(n)], near.count == 1 ? 1 : 0);
     const Double3 relative = now_.shift[at(n)] - near.moved, residual = now_.residual[at(n)], normal = near.normal[0];
     const Slip slip(t, relative - dot(relative, normal) * normal, residual - dot(residual, normal) * normal, press);
     z = {n, tangent_.own(n).inverse(), column(slip.so_far), Column3::Zero(), State::apart};
@@ -174,7 +190,7 @@ void NewtonCloth::set_row(const ClothSystem& s, Index n) {
   const bool one = planes == 1 && near.count == 1;
   const auto along = [&](const Double3& v) { return in_double(f.free * column(v)); };
   const Double3 relative = now_.shift[at(n)] - near.moved, residual = now_.residual[at(n)];
-  const Slip slip(t, counted_slip(relative, along(relative)), along(residual), near.press(residual, one));
+  const Slip slip(t, counted_slip(relative, along(relative)), along(residual), near.press(residual, touching_[at(n)]));
   const bool reversed = state == State::slips && dot(slip.so_far, slip_direction_[at(n)]) < 0;
   const double friction = double(t.diagonal) * slip.loss;  // N
   if (planes == 3 || slip.length <= slip.loss || reversed || (state == State::sticks && norm(slip.on) <= friction)) {
@@ -191,7 +207,10 @@ void NewtonCloth::set_row(const ClothSystem& s, Index n) {
       const Column3 e = column(toward);
       f.turning = Real(friction / slip.length) * (f.free - e * e.transpose());
       f.drag = t.friction * e;
-      if (!near.pinched) f.normal = column(near.normal[0]);
+      if (near.pinched)
+        f.turning += Real(narrowing(s, near, t, now_.shift[at(n)], f.free * e)) * t.friction * e * e.transpose();
+      else
+        f.normal = column(near.normal[0]);
     }
   }
   at_node(correction_, n) = correction;
