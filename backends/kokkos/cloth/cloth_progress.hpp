@@ -10,7 +10,7 @@ namespace drench::kokkos_backend {
 // check to check.
 inline constexpr int plain_iterations = 10, plain_iterations_later = 2, check_interval = 10;
 inline constexpr int patient = 9;  // checks after which xpbd's residual must have fallen
-// Checks in which the smallest residual has to fall to this part of what it was; else the iterations stall.
+// Checks in which the residual has to fall to this part of what it was, else the iterations stall (docs/dev/cloth.md).
 inline constexpr int stall_checks = 40;
 inline constexpr double stall_part = 0.95;
 
@@ -25,6 +25,7 @@ struct ClothProgress {
   int since_restart = 0, iterations = 0, plain = plain_iterations, since_mark = 0;
   double last_progress = 1e300;  // the residual that counts for a stall
   int since_progress = 0;        // checks
+  bool ends_at_stall = false;    // Newton's method follows, or has been tried
   int patience = 0;              // checks after which the residual must be below the marked one; 0: it may be anything
 
   /// ω of the next iteration.
@@ -42,8 +43,7 @@ struct ClothProgress {
     smallest = marked = last_progress = 1e300;
     since_progress = 0;
   }
-  /// More iterations would find little: measured on scenes in docs/dev/cloth.md.
-  KOKKOS_INLINE_FUNCTION bool stalls() const { return since_progress >= stall_checks; }
+  KOKKOS_INLINE_FUNCTION bool stalls() const { return ends_at_stall && since_progress >= stall_checks; }
   /// If the residual has not fallen in time, or has grown tenfold over the smallest so far, ρ is lowered and the
   /// weights start again.
   KOKKOS_INLINE_FUNCTION void judge(double found) {

@@ -8,7 +8,8 @@
 
 namespace drench::kokkos_backend {
 
-/// A copy of all that a ClothSystem points to, and of the displacements, as they are now. Waits.
+/// A copy of all that a ClothSystem points to, and of the displacements, as they are now. Waits. Distances of bodies
+/// are copied once and stay in ClothSolverWork::fields_on_host.
 class HostCloth {
  public:
   HostCloth(const Bodies& bodies, const Cloth& cloth, ClothSolverWork& solver, const ClothSystem& s);

@@ -3,6 +3,7 @@
 // converge; contact with solids as an active set of nodes that stick and that slip. All arrays are the host's. Law:
 // docs/theory/cloth.md, sections 8 and 11.
 
+#include <bit>
 #include <vector>
 
 #include "cloth/anderson.hpp"
@@ -27,9 +28,8 @@ struct NodeNearby {
   /// What presses the node into its planes, N. `touching`: a bit of each that it is brought onto. Where it is one alone
   /// that does not press yet, what will press there.
   double press(const Double3& residual, std::uint8_t touching) const {
-    const int k = touching == 1 ? 0 : touching == 2 ? 1 : touching == 4 ? 2 : -1;
-    if (pinched || k < 0 || (count > 1 && contact.press > 0)) return contact.press;
-    return std::max(0.0, -dot(residual, normal[k]));
+    if (pinched || !std::has_single_bit(touching) || (count > 1 && contact.press > 0)) return contact.press;
+    return std::max(0.0, -dot(residual, normal[std::countr_zero(touching)]));
   }
 };
 

@@ -213,6 +213,7 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
       resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
   newton_ = method_ == ClothMethod::pd && constants.model.cloth_engine == ClothEngine::own &&
             prepare_newton(cloth, solver, system_, constants.model.cloth_pushes_bodies());
+  progress_.ends_at_stall = method_ == ClothMethod::pd && constants.model.cloth_engine != ClothEngine::reference;
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
   if (resident_) {
@@ -240,12 +241,11 @@ void ClothIteration::run(int most) {
     begin_newton_anew(solver_);
   }
   const double before = progress_.residual;
-  const bool newton_helps = method_ == ClothMethod::pd && constants_.model.cloth_engine != ClothEngine::reference;
   do {
     stop_if_requested();
     advance(std::min(check_interval, end - progress_.iterations));
     progress_.judge(residual());
-  } while (progress_.residual > 1 && progress_.iterations < end && !(newton_helps && progress_.stalls()));
+  } while (progress_.residual > 1 && progress_.iterations < end && !progress_.stalls());
   // These iterations may end farther from the solution than Newton's method did.
   if (!newton_ || progress_.residual <= before) return;
   restore_newton(solver_, system_);
