@@ -359,7 +359,7 @@ class Run {
     if (frames_ && frames_->waited() >= 0.05) say(fmt::format("waited {:.1f} s for writing frames", frames_->waited()));
     std::string table = totals_.stage_table(pipeline_.stages());
     if (ranks_) table += rank_table(*ranks_, totals_, balance_);
-    if (options_.profile && options_.backend != "reference") table += totals_.array_table(named_arrays());
+    if (options_.profile && !ranks_ && options_.backend != "reference") table += totals_.array_table(named_arrays());
     log_.write(table);
     if (options_.profile && first()) fmt::print("{}", table);
     if (folder_.empty() || options_.quiet) return;

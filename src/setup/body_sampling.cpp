@@ -168,7 +168,7 @@ Vec3 sunk(const Body& body, double d, const Eigen::Vector3d& p) {
     Vec3 normal, x = to_vec3(p);
     for (int step = 0; step < 8; ++step) {
       const double left = field_distance(body.field, x, normal) + depth;
-      if (std::abs(left) < 1e-12 * d) break;
+      if (std::abs(left) < 1e-12 * d) break;  // rounding is left
       x = to_vec3(to_eigen(x) - left * to_eigen(normal));
     }
     if (std::abs(field_distance(body.field, x, normal) + depth) < 0.05 * d && (to_eigen(x) - p).norm() < 2 * depth)

@@ -118,10 +118,6 @@ double TriangleTree::to_triangle(const Vector3d& x, Index t) const {
   return squared_distance_to(corners.ab, corners.ac, x - corners.a);
 }
 
-double TriangleTree::squared_distance(const Vector3d& x, Index& near) const {
-  return squared_distance(x, near, std::numeric_limits<double>::infinity());
-}
-
 double TriangleTree::squared_distance(const Vector3d& x, Index& near, double bound) const {
   struct Entry {
     Index node;

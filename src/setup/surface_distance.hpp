@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "base/types.hpp"
@@ -16,9 +17,9 @@ class TriangleTree {
   TriangleTree(const std::vector<Vec3>& points, const std::vector<std::array<Index, 3>>& triangles);
   /// The square of the distance from x to the nearest triangle, m². `near`: a triangle that may be the nearest, and the
   /// search is short if it is; becomes one that is.
-  double squared_distance(const Eigen::Vector3d& x, Index& near) const;
-  /// The same where it is no more than `bound`, m²; else any value larger than that, and `near` may be any triangle.
-  double squared_distance(const Eigen::Vector3d& x, Index& near, double bound) const;
+  /// Where the square is larger than `bound`, any value above that, and any triangle as `near`.
+  double squared_distance(const Eigen::Vector3d& x, Index& near,
+                          double bound = std::numeric_limits<double>::infinity()) const;
   /// Which of the triangles that the tree was made of `near` is.
   Index number_of(Index near) const { return number_[static_cast<std::size_t>(near)]; }
 
