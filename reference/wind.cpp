@@ -71,7 +71,7 @@ void drag_liquid(ReferenceState& state, const Vector3d& air, double dt) {
 void wind(ReferenceState& state, const StepInfo& info, StepReport&) {
   HostState& s = state.s;
   const Model& m = state.model;
-  const Vector3d air = vec(air_velocity(m.scene.wind, info.time + info.dt));
+  const Vector3d air = vec(m.scene.wind.at(info.time + info.dt));
   if (m.has_moving_cloth()) {
     const Vectors impulse = impulses_on_cloth(state, air, info.dt);
     for (Index n = 0; n < s.node_count(); ++n) {

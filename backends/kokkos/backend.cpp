@@ -4,6 +4,7 @@
 #include <Kokkos_Profiling_ScopedRegion.hpp>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include "cloth/pins.hpp"
@@ -13,7 +14,6 @@
 #include "core/workspace.hpp"
 #include "coupling/advection.hpp"
 #include "coupling/body_response.hpp"
-#include "coupling/wind.hpp"
 #include "fluid/lean_pressure.hpp"
 #include "fluid/stages.hpp"
 #include "pipeline/rank_memory.hpp"
@@ -22,6 +22,7 @@
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 #include "step/field_views.hpp"
+#include "step/forcing.hpp"
 #include "step/kept_state.hpp"
 #include "step/stages.hpp"
 
@@ -144,8 +145,11 @@ class KokkosBackend final : public Backend {
         return surface_tension(constants_, fluid_, lists_, bodies_, cloth_, surface_tension_, info);
       case Stage::wet_adhesion:
         return wet_adhesion(constants_, bodies_, cloth_, wet_adhesion_, info);
-      case Stage::wind:
-        return wind(constants_, fluid_, lists_, bodies_, cloth_, wind_, info);
+#define DRENCH_KOKKOS_FORCE(name, fastest) \
+  case Stage::name:                        \
+    return name({constants_, lists_, bodies_, fluid_, cloth_, info, force_work_[stage]});
+        DRENCH_FORCES(DRENCH_KOKKOS_FORCE)
+#undef DRENCH_KOKKOS_FORCE
       case Stage::cloth:
         return cloth(constants_, bodies_, cloth_, solver_, load_cloth_with_last_pressure(), info, report);
       case Stage::pressure:
@@ -251,7 +255,7 @@ class KokkosBackend final : public Backend {
   MicropolarWork micropolar_;
   SurfaceTensionWork surface_tension_;
   WetAdhesionWork wet_adhesion_;
-  WindWork wind_;
+  std::map<Stage, std::shared_ptr<void>> force_work_;
   ClothSolverWork solver_;
   SelfCollisionWork self_collision_;
   SqueezingWork squeezing_;
@@ -287,7 +291,9 @@ MemoryEstimate kokkos_array_bytes(const SetupSize& size, int real_bytes, bool gp
   sum += micropolar_bytes(sizing);
   sum += surface_tension_bytes(sizing);
   sum += wet_adhesion_bytes(sizing);
-  sum += wind_bytes(sizing);
+#define DRENCH_KOKKOS_FORCE(name, fastest) sum += name##_bytes(sizing);
+  DRENCH_FORCES(DRENCH_KOKKOS_FORCE)
+#undef DRENCH_KOKKOS_FORCE
   sum += cloth_solver_bytes(sizing);
   sum += pressure_bytes(sizing);
   sum += self_collision_bytes(sizing);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "stages/wind.hpp"
+#include "pipeline/stage_list.hpp"
 #include "state/deforming_body.hpp"
 #include "state/nozzle.hpp"
 
@@ -31,7 +31,11 @@ double fastest_spin(const Body& body) {
 }  // namespace
 
 double fastest_prescribed(const Model& m) {
-  double fastest = std::max(m.fastest_before, m.scene.wind.present ? fastest_air(m.scene.wind) : 0);
+  double fastest = m.fastest_before;
+#define DRENCH_FASTEST(name, speed) \
+  if (m.scene.name.present) fastest = std::max(fastest, speed);
+  DRENCH_FORCES(DRENCH_FASTEST)
+#undef DRENCH_FASTEST
   for (const BlockScene& block : m.scene.fluid.blocks) fastest = std::max(fastest, norm(block.velocity));
   for (const Jet& jet : m.jets) fastest = std::max(fastest, fastest_leaving(jet));
   for (const Body& body : m.bodies)

@@ -13,6 +13,7 @@
   STAGE(neighbors,         m.has_fluid())                                                     \
   STAGE(density,           m.has_fluid())                                                     \
   STAGE(divergence,        m.has_moving_liquid())                                             \
+  STAGE(rotating_frame,    m.scene.rotating_frame.acts(m.has_moving_cloth(), m.has_moving_liquid())) \
   STAGE(forces,            m.has_moving_liquid())                                             \
   STAGE(micropolar,        m.has_micropolar())                                                \
   STAGE(surface_tension,   m.has_surface_forces())                                            \
@@ -37,6 +38,11 @@
   STAGE(measures,          m.has_measures())                                                  \
   STAGE(fabric,            m.has_fabric())                                                    \
   STAGE(ledger,            true)
+
+/// The forces among them that change velocities alone, and how fast each of them can make things by itself, m/s.
+#define DRENCH_FORCES(FORCE)                                            \
+  FORCE(rotating_frame, m.scene.rotating_frame.fastest(m.scene.domain)) \
+  FORCE(wind,           m.scene.wind.fastest())
 // clang-format on
 
 namespace drench {

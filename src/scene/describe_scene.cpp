@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "base/eigen_vec.hpp"
 #include "scene/describe.hpp"
 #include "scene/load.hpp"
 #include "scene/nearest_word.hpp"
@@ -51,6 +52,16 @@ void check_baked(Section& s, const Scene& scene) {
 }
 
 /// Relations between sections.
+/// In a frame that rotates about another direction than gravity's, gravity would turn.
+void check_frame(Section& s, const Scene& scene) {
+  const Eigen::Vector3d axis = to_eigen(scene.rotating_frame.axis), g = to_eigen(scene.gravity);
+  s.check(axis.cross(g).norm() <= 1e-9 * axis.norm() * g.norm(), "rotating_frame.axis",
+          "is not parallel to gravity, which would turn in the frame; allowed: gravity along the axis, or none");
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    s.check(!scene.bodies[b].dynamic, fmt::format("bodies.{}", b),
+            "is dynamic; allowed: bodies that are at rest or move as prescribed in a scene with rotating_frame");
+}
+
 void check_sections(Section& s, const Scene& scene) {
   s.check(scene.fluid.present || !scene.cloths.empty(), "fluid",
           "the scene has neither fluid nor cloth; allowed: at least one of the two");
@@ -61,6 +72,7 @@ void check_sections(Section& s, const Scene& scene) {
   if (scene.fluid.is_baked()) check_baked(s, scene);
   s.check(scene.fluid.present || !scene.output.fitted_pressure, "output.fitted_pressure",
           "requires liquid, and the scene has none; allowed: true only with the key fluid");
+  if (scene.rotating_frame.present) check_frame(s, scene);
   s.check(!scene.air.present || scene.fluid.present || has_porous(scene), "air",
           "lets liquid evaporate, and the scene has neither liquid nor porous cloth; allowed: only with fluid or "
           "porous cloth");
@@ -236,6 +248,14 @@ void describe(Section& s, WindScene& wind) {
                         wind.gusts[i].time, wind.gusts[i - 1].time));
 }
 
+void describe(Section& s, RotatingFrameScene& frame) {
+  s.numbers("axis", frame.axis, direction_range, "1", "direction of the axis; its length does not matter");
+  s.numbers("center", frame.center, coordinate_range, "m", "a point of the axis");
+  s.required().number("degrees_per_second", frame.degrees_per_second, "[-1e5, 1e5]", "degrees/s",
+                      "rotation of the frame, by the right-hand rule");
+  check_not_zero(s, "axis", frame.axis);
+}
+
 void describe(Section& s, AirScene& air) {
   const bool direct = air.evaporation_rate.has_value(), given = direct || air.transfer_coefficient;
   s.one_line();
@@ -391,6 +411,9 @@ void describe(Section& s, Scene& scene) {
                "acceleration of the liquid towards a centre, −Ω² (x − c) along each axis; only with `fluid`");
   s.remark("m, 1/s");
   s.optional(scene.wind.present).section("wind", scene.wind, "moving air: drag on cloth and optionally on free liquid");
+  s.optional(scene.rotating_frame.present)
+      .section("rotating_frame", scene.rotating_frame,
+               "describes the scene in a rotating frame: centrifugal, Coriolis and Euler force on cloth and liquid");
   s.optional(scene.air.present)
       .section("air", scene.air,
                "evaporation of free liquid and of liquid in porous cloth; without this section nothing evaporates");

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -343,8 +345,32 @@ struct WindScene {
 
   /// Does it act on anything in a scene with moving cloth, or with liquid?
   bool blows(bool cloth, bool fluid) const { return present && (cloth || (fluid && liquid_drag > 0)); }
+  /// Eq. 1: the velocity of undisturbed air at a time (s), m/s.
+  Vec3 at(double time) const;
+  /// The fastest that the air ever is, m/s; with keys and gusts, no more than this.
+  double fastest() const;
 
   bool operator==(const WindScene&) const = default;
+};
+
+/// A frame that rotates about a fixed axis, in which everything is described (stages/rotating_frame.hpp).
+struct RotatingFrameScene {
+  bool present = false;                   // does the scene have the section?
+  Vec3 axis{0, 1, 0};                     // 1; its length does not matter
+  Vec3 center{0, 0, 0};                   // m; a point of the axis
+  Keyed<double> degrees_per_second{0.0};  // °/s; of the frame, by the right-hand rule
+
+  /// Does it act on anything in a scene with moving cloth, or with liquid?
+  bool acts(bool cloth, bool fluid) const { return present && (cloth || fluid); }
+  /// The speed in the frame of what stands still outside it, at the farthest corner of the domain, m/s.
+  double fastest(const Box& domain) const {
+    double square = 0;
+    for (std::size_t a = 0; a < 3; ++a)
+      square += std::pow(std::max(std::abs(domain.min[a] - center[a]), std::abs(domain.max[a] - center[a])), 2);
+    return degrees_per_second.largest() * std::numbers::pi / 180 * std::sqrt(square);
+  }
+
+  bool operator==(const RotatingFrameScene&) const = default;
 };
 
 /// Section `air`: what liquid evaporates into (docs/theory/evaporation.md).
@@ -383,6 +409,7 @@ struct Scene {
   Vec3 gravity{0, -9.81, 0};                  // m/s²
   FieldScene field;                           // draws liquid to a centre
   WindScene wind;                             // drags at cloth and liquid
+  RotatingFrameScene rotating_frame;          // in which the scene is described
   AirScene air;                               // takes up vapour
   Box domain{{-10, -10, -10}, {10, 10, 10}};  // m
   OutputScene output;                         // files and their times

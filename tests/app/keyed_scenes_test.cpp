@@ -108,6 +108,13 @@ TEST(KeyedScenes, WindRunsWithEveryVelocity) {
                                 ", liquid_drag: 0.5}\ncloth: [{mesh: {grid: {size: [0.1, 0.1], nodes: [4, 4]}}}]\n"));
 }
 
+TEST(KeyedScenes, RotatingFramesRunWithEveryRate) {
+  for (const std::string& keys : numbers())
+    expect_runs(fmt::format(fmt::runtime(liquid), "",
+                            "rotating_frame: {degrees_per_second: " + keys +
+                                "}\ncloth: [{mesh: {grid: {size: [0.1, 0.1], nodes: [4, 4]}}}]\n"));
+}
+
 TEST(KeyedScenes, PinsRunWithEveryMotion) {
   std::vector<std::string> motions;
   for (const std::string& keys : vectors()) motions.push_back("velocity: " + keys);

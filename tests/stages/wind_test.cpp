@@ -149,15 +149,15 @@ TEST(wind, reaches_a_drop_that_is_half_in_anothers_lee) {
 TEST(wind, blows_in_gusts) {
   WindScene wind;
   wind.velocity = {1, 0, 0};
-  EXPECT_EQ(air_velocity(wind, 3), (Vec3{1, 0, 0}));
-  EXPECT_EQ(fastest_air(wind), 1);
+  EXPECT_EQ(wind.at(3), (Vec3{1, 0, 0}));
+  EXPECT_EQ(wind.fastest(), 1);
   wind.gusts = {{1, {0, 2, 0}}, {2, {0, 4, 0}}, {4, {0, 0, 0}}};
-  EXPECT_EQ(air_velocity(wind, 0), (Vec3{1, 2, 0}));
-  EXPECT_EQ(air_velocity(wind, 1), (Vec3{1, 2, 0}));
-  EXPECT_EQ(air_velocity(wind, 1.5), (Vec3{1, 3, 0}));
-  EXPECT_EQ(air_velocity(wind, 3), (Vec3{1, 2, 0}));
-  EXPECT_EQ(air_velocity(wind, 9), (Vec3{1, 0, 0}));
-  EXPECT_EQ(fastest_air(wind), std::hypot(1, 4));
+  EXPECT_EQ(wind.at(0), (Vec3{1, 2, 0}));
+  EXPECT_EQ(wind.at(1), (Vec3{1, 2, 0}));
+  EXPECT_EQ(wind.at(1.5), (Vec3{1, 3, 0}));
+  EXPECT_EQ(wind.at(3), (Vec3{1, 2, 0}));
+  EXPECT_EQ(wind.at(9), (Vec3{1, 0, 0}));
+  EXPECT_EQ(wind.fastest(), std::hypot(1, 4));
 }
 
 TEST(wind, is_a_stage_only_where_it_acts) {

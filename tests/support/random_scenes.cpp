@@ -450,6 +450,20 @@ void SceneDraw::air() {
     drawn_.yaml.insert(at + from.size(), fmt::format("critical_saturation: {:.3g}, ", critical));
 }
 
+void SceneDraw::rotating_frame() {
+  const std::string frame =
+      drawn_by(latest_, drawn_.yaml.find("dynamic: true") == std::string::npos ? 0.1 : 0, [&]() -> std::string {
+        const std::size_t given = drawn_.yaml.find("gravity: ["), at = given + std::size("gravity: ") - 1;
+        const std::string gravity =
+            given == std::string::npos ? "[0, 1, 0]" : drawn_.yaml.substr(at, drawn_.yaml.find(']', at) + 1 - at);
+        const std::string axis = gravity == "[0, 0, 0]" ? vector(0.1, 1) : gravity, center = vector(-0.3, 0.3);
+        return fmt::format("rotating_frame: {{axis: {}, center: {}, degrees_per_second: {}}}\n", axis, center,
+                           keys(-800, 800, false));
+      });
+  if (!frame.empty()) drawn_.closed = false;
+  drawn_.yaml += frame;
+}
+
 RandomScene SceneDraw::scene() {
   drawn_ = {};
   drawn_.closed = drawn_.ordinary = drawn_.bounded = true;
@@ -477,6 +491,7 @@ RandomScene SceneDraw::scene() {
         chance(0.6), control, chance(0.8), chance(0.8), chance(0.8));
   }
   air();
+  rotating_frame();
   return drawn_;
 }
 

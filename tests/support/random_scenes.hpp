@@ -66,6 +66,7 @@ class SceneDraw {
   std::string halves(double thickness, const std::string& pores);
   void bodies();
   void air();
+  void rotating_frame();
   std::string motion();
 
   std::mt19937_64 random_, more_, dyes_, patches_, others_, newest_, latest_;

@@ -124,13 +124,15 @@ bodies:
   - box: {min: [-0.15, 0, -0.1], max: [0.15, 0.3, 0.1], inside: true}
 )";
 
-/// All that keys move: a jet, a wind, pins, a ball and a floor, each with keys between which the first steps end.
+/// All that keys move: a jet, a wind, the frame, pins, a ball and a floor, each with keys between which the first steps
+/// end.
 inline constexpr const char* keyed_scene = R"(drench: 1
 time: {step: 0.004, end: 1, mode: cfl}
 domain: {min: [-0.4, -0.1, -0.4], max: [0.4, 0.5, 0.4]}
 output: {every: 0.01}
 wind: {velocity: {keys: [[0, [0, 0, 0]], [0.05, [6, 0, 0]], [0.1, [0, 0, 3]]], interpolation: smooth},
     liquid_drag: 0.47}
+rotating_frame: {degrees_per_second: [[0, 0], [0.06, 200]]}
 fluid:
   spacing: 0.02
   sources:

@@ -1,15 +1,19 @@
 // Stage wind; the law stands in docs/dev/add_a_force.md.
 
-#include "coupling/wind.hpp"
-
 #include <numeric>
 
 #include "core/host_copy.hpp"
 #include "core/liquid_pairs.hpp"
-#include "stages/wind.hpp"
+#include "step/forcing.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
+
+/// Constants of the cloth, made on first use; empty where none moves.
+struct WindWork {
+  Field<Real> areal_density;  // per cloth, kg/m²
+  Field<Index> start, item;   // node → its triangles
+};
 
 void allocate(const Constants& constants, WindWork& work) {
   if (work.start.exists()) return;
@@ -29,7 +33,7 @@ void allocate(const Constants& constants, WindWork& work) {
 }
 
 Real3 air_at_end(const Constants& constants, const StepInfo& info) {
-  return to_real(air_velocity(constants.model.scene.wind, info.time + info.dt));
+  return to_real(constants.model.scene.wind.at(info.time + info.dt));
 }
 
 /// What the kernel over nodes sees.
@@ -145,10 +149,10 @@ MemoryEstimate wind_bytes(const Sizing& s) {
   return sum;
 }
 
-void wind(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,
-          WindWork& work, const StepInfo& info) {
-  if (constants.model.has_moving_cloth()) push_cloth(constants, cloth, work, info);
-  if (constants.model.scene.wind.liquid_drag > 0) drag_liquid(constants, fluid, lists, bodies, cloth, info);
+void wind(const Forcing& on) {
+  if (on.constants.model.has_moving_cloth()) push_cloth(on.constants, on.cloth, on.kept<WindWork>(), on.info);
+  if (on.constants.model.scene.wind.liquid_drag > 0)
+    drag_liquid(on.constants, on.fluid, on.lists, on.bodies, on.cloth, on.info);
 }
 
 }  // namespace drench::kokkos_backend
