@@ -59,8 +59,7 @@ class KokkosBackend final : public Backend {
     fluid_.exchange.upload_own(state, fluid_.particles);
     bodies_.upload(constants_, state);
     cloth_.upload(constants_.model, state);
-    accounts_ = {state.drained, state.supplied,       state.evaporated,      state.step,
-                 state.time,    state.solute_drained, state.solute_supplied, state.solute_deposited};
+    accounts_ = state;
     jets_.particles = state.jet_particles;
     jets_.particles.resize(constants_.model.jets.size(), 0);
   }
@@ -72,15 +71,8 @@ class KokkosBackend final : public Backend {
     fluid_.exchange.gather(state);
     bodies_.download(constants_, state);
     cloth_.download(constants_.model, state);
-    state.drained = accounts_.drained;
-    state.supplied = accounts_.supplied;
-    state.evaporated = accounts_.evaporated;
-    state.solute_drained = accounts_.solute_drained;
-    state.solute_supplied = accounts_.solute_supplied;
-    state.solute_deposited = accounts_.solute_deposited;
+    static_cast<Accounts&>(state) = accounts_;
     state.jet_particles = jets_.particles;
-    state.step = accounts_.step;
-    state.time = accounts_.time;
     return state;
   }
 
@@ -120,7 +112,6 @@ class KokkosBackend final : public Backend {
   void run(Stage stage, const StepInfo& info, StepReport& report) override {
     const CurrentWorkspace here(*workspace_);
     Kokkos::Profiling::ScopedRegion region(std::string("drench::") + std::string(name_of(stage)));
-    if (stage >= Stage::drying && stage <= Stage::reservoir) cloth_.soaked.advance();
     switch (stage) {
       case Stage::time_step:
         clear_given(bodies_);

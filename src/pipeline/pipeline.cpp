@@ -77,12 +77,8 @@ Pipeline::Pipeline(const Model& model, Backend& backend, const HostState& initia
       initial_total_(liquid_budget(initial)),
       initial_solute_(solute_budget(initial)),
       limits_(model, static_cast<double>(initial_total_) * model.quantum),
-      collapsing_(initial.collapsing),
-      divergence_start_(initial.divergence_start),
-      density_start_(initial.density_start),
-      next_step_(initial.next_step),
+      carried_(initial),
       in_cloth_(sum_of(initial.node_liquid)),
-      uptake_rate_(initial.uptake_rate),
       capacity_(std::accumulate(model.samples.node_capacity.begin(), model.samples.node_capacity.end(), 0.0)) {
   if (model.has_baked_liquid()) {
     baked_.emplace(model);
@@ -112,12 +108,8 @@ void Pipeline::model_changed() {
 void Pipeline::go_on_from(const HostState& state) {
   time_ = state.time;
   step_ = state.step;
-  collapsing_ = state.collapsing;
-  divergence_start_ = state.divergence_start;
-  density_start_ = state.density_start;
-  next_step_ = state.next_step;
+  carried_ = state;
   in_cloth_ = sum_of(state.node_liquid);
-  uptake_rate_ = state.uptake_rate;
   initial_total_ = liquid_budget(state);
   initial_solute_ = solute_budget(state);
   model_changed();
@@ -127,11 +119,7 @@ void Pipeline::go_on_from(const HostState& state) {
 void Pipeline::mark(HostState& state) const {
   state.time = time_;
   state.step = step_;
-  state.collapsing = collapsing_;
-  state.divergence_start = divergence_start_;
-  state.density_start = density_start_;
-  state.next_step = next_step_;
-  state.uptake_rate = uptake_rate_;
+  static_cast<Carried&>(state) = carried_;
 }
 
 StepReport Pipeline::step(double time_left) {
@@ -149,9 +137,10 @@ StepReport Pipeline::step(double time_left) {
     throw;
   }
   first_state_ = nullptr;
-  collapsing_ = report.density_error > collapse && !report.density_converged ? collapsing_ + 1 : 0;
-  divergence_start_ = report.divergence_start;
-  density_start_ = report.density_start;
+  std::int64_t& collapsing = carried_.collapsing;
+  collapsing = report.density_error > collapse && !report.density_converged ? collapsing + 1 : 0;
+  carried_.divergence_start = report.divergence_start;
+  carried_.density_start = report.density_start;
   report.saturation_error = saturation_error(report);
   time_ += report.dt;
   ++step_;
@@ -186,7 +175,7 @@ void Pipeline::take_back() {
 StepReport Pipeline::step_by_error(double time_left) {
   const TimeScene& time = model_.scene.time;
   const double shortest = time.step / 100;
-  double longest = next_step_ > 0 ? next_step_ : time.step;
+  double longest = carried_.next_step > 0 ? carried_.next_step : time.step;
   backend_.keep();
   for (int rejected = 0;; ++rejected) {
     double tried = 0;
@@ -199,7 +188,7 @@ StepReport Pipeline::step_by_error(double time_left) {
       looked_ = true;
       report.rejected = rejected;
       if (!is_too_long(report, time.tolerance) || tried <= shortest) {
-        next_step_ =
+        carried_.next_step =
             std::clamp(step_after(tried, longest, report, time.tolerance, model_.scene.fluid.solver.density_correction),
                        shortest, time.step);
         return report;
@@ -215,9 +204,10 @@ StepReport Pipeline::step_by_error(double time_left) {
 }
 
 double Pipeline::saturation_error(const StepReport& r) {
-  const double rate = static_cast<double>(r.mass_cloth - in_cloth_) / r.dt, change = std::abs(rate - uptake_rate_);
+  const double rate = static_cast<double>(r.mass_cloth - in_cloth_) / r.dt,
+               change = std::abs(rate - carried_.uptake_rate);
   in_cloth_ = r.mass_cloth;
-  uptake_rate_ = rate;
+  carried_.uptake_rate = rate;
   return capacity_ > 0 && step_ > 0 ? 0.5 * r.dt * change * model_.quantum / capacity_ : 0;
 }
 
@@ -241,8 +231,8 @@ void Pipeline::run(Stage stage, const StepInfo& info, StepReport& report) {
 StepReport Pipeline::attempt(double time_left, double longest) {
   StepReport report;
   StepInfo info{step_, time_, model_.scene.time.step};
-  info.divergence_start = divergence_start_;
-  info.density_start = density_start_;
+  info.divergence_start = carried_.divergence_start;
+  info.density_start = carried_.density_start;
   for (const Stage stage : stages_) {
     if (!have_looked(stage)) run(stage, info, report);
     if (stage == Stage::time_step) {
@@ -293,10 +283,10 @@ void Pipeline::check(const StepInfo& info, const StepReport& r) {
   if (const double limit = limits_.cloth_speed(time); r.cloth_speed > limit)
     fail(FailureKind::cloth_speed, Stage::ledger,
          fmt::format(fmt::runtime(too_fast), "the cloth moves", r.cloth_speed, limit), limit);
-  if (collapsing_ + 1 >= collapse_steps && r.density_error > collapse && !r.density_converged)
+  if (carried_.collapsing + 1 >= collapse_steps && r.density_error > collapse && !r.density_converged)
     fail(FailureKind::density, Stage::pressure,
          fmt::format("the liquid collapses: its density is {:.0f} % too high on average, for {} steps in a row",
-                     100 * r.density_error, collapsing_ + 1),
+                     100 * r.density_error, carried_.collapsing + 1),
          collapse);
 }
 

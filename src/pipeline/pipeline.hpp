@@ -70,14 +70,11 @@ class Pipeline {
   Quanta initial_total_ = 0, initial_solute_ = 0;
   Limits limits_;
   std::optional<BakedLiquid> baked_;
-  double fastest_file_ = 0;                          // m/s, of all files so far
-  std::int64_t collapsing_ = 0;                      // steps in a row
-  double divergence_start_ = 0, density_start_ = 0;  // of the last step's report
-  double next_step_ = 0;                             // s; 0: nothing is known
-  Quanta in_cloth_ = 0;                              // after the last step
-  double uptake_rate_ = 0;                           // quanta/s, of the last step
-  double capacity_ = 0;                              // kg, of all cloth
-  bool looked_ = false;                              // lists and densities are of the state as it is
+  double fastest_file_ = 0;  // m/s, of all files so far
+  Carried carried_;
+  Quanta in_cloth_ = 0;  // after the last step
+  double capacity_ = 0;  // kg, of all cloth
+  bool looked_ = false;  // lists and densities are of the state as it is
   bool profiling_ = false, stoppable_ = false;
   const HostState* first_state_ = nullptr;  // before the first step, where that can be given up
 };

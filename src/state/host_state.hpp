@@ -19,32 +19,37 @@ enum class Origin : std::uint8_t {
   mouth = 4,    ///< an emitter that moves or is a mesh
 };
 
+/// The ledger's accounts besides the masses of particles and nodes, in quanta, and the run's clock.
+struct Accounts {
+  Quanta drained = 0;                              ///< left the domain or entered a drain
+  Quanta supplied = 0;                             ///< came from emitters and reservoirs (net)
+  Quanta evaporated = 0;                           ///< went into the air
+  Quanta solute_drained = 0, solute_supplied = 0;  ///< the same of the solute, in its own quanta
+  Quanta solute_deposited = 0;                     ///< left behind where a particle vanished from around it
+  std::int64_t step = 0;                           ///< steps so far
+  double time = 0;                                 ///< s
+};
+
+/// What one step tells the next beside the state of liquid, cloth and bodies.
+struct Carried {
+  std::int64_t collapsing = 0;  ///< steps in a row at whose end the liquid collapsed (pipeline/failure.hpp)
+  double uptake_rate = 0;       ///< quanta/s: at which cloth took up liquid in the last step
+  double divergence_start = 0;  ///< 1: residual over tolerance that the last step's divergence solve began with
+  double density_start = 0;     ///< 1: the same of its density solve
+  double next_step = 0;         ///< s: what the last step's error allows (time.mode error); 0: nothing is known
+};
+
 /// Everything that changes during a run, as named arrays in double precision: the one exchange format between set-up,
 /// both backends, output and tests, so that any stage runs alone from identical input on any backend. Masses are counts
 /// of quanta; Simulation::quantum() is the size of one in kg. The arrays of a kind are equally long.
-struct HostState {
+struct HostState : Accounts, Carried {
   // fluid_position, fluid_velocity, …, node_position, …: a vector for each field of the lists
 #define DRENCH_ARRAY(owner, name, type, unit, needed) std::vector<type> owner##_##name;
   DRENCH_STATE_FIELDS(DRENCH_ARRAY)
 #undef DRENCH_ARRAY
 
-  // the ledger's other accounts, quanta
-  Quanta drained = 0;     // left the domain or entered a drain
-  Quanta supplied = 0;    // came from emitters and reservoirs (net)
-  Quanta evaporated = 0;  // went into the air
-  // the same of the solute, in its own quanta
-  Quanta solute_drained = 0, solute_supplied = 0;
-  Quanta solute_deposited = 0;              // left behind where a particle vanished from around it
   std::int64_t next_id = 0;                 // fluid_id of the next new particle
   std::vector<std::int64_t> jet_particles;  // that each jet has let go so far
-
-  std::int64_t step = 0;        // steps so far
-  double time = 0;              // s
-  std::int64_t collapsing = 0;  // steps in a row at whose end the liquid collapsed (pipeline/failure.hpp)
-  double uptake_rate = 0;       // quanta/s: at which cloth took up liquid in the last step
-  double divergence_start = 0;  // 1: residual over tolerance that the last step's divergence solve began with
-  double density_start = 0;     // 1: the same of its density solve
-  double next_step = 0;         // s: what the last step's error allows (time.mode error); 0: nothing is known
 
   /// Number of liquid particles.
   Index fluid_count() const { return static_cast<Index>(fluid_position.size()); }

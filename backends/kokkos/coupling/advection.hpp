@@ -4,8 +4,8 @@
 #include "cloth/cloth.hpp"
 #include "core/ranks.hpp"
 #include "coupling/collision.hpp"
-#include "particles/accounts.hpp"
 #include "particles/fluid.hpp"
+#include "state/host_state.hpp"
 
 namespace drench::kokkos_backend {
 

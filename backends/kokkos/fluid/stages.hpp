@@ -5,7 +5,7 @@
 #include "coupling/pressure_work.hpp"
 #include "coupling/wall_slip.hpp"
 #include "fluid/pressure_solve.hpp"
-#include "particles/accounts.hpp"
+#include "state/host_state.hpp"
 
 namespace drench::kokkos_backend {
 

@@ -323,6 +323,7 @@ void remove_taken(Fluid& fluid, AbsorptionWork& work) {
 
 void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Cloth& cloth,
                 TransferWork& transfers, const PermeationWork& permeation, AbsorptionWork& work, const StepInfo& info) {
+  cloth.soaked.advance();
   if (fluid.particles.total == 0 || cloth.samples.count == 0) return;
   make_room(work.offer, "drench::absorption::offer", lists.fluid_sample.entry.extent(0));
   prepare_transfers(constants, cloth, transfers);

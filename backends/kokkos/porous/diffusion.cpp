@@ -315,6 +315,7 @@ void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWo
 void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cloth, DiffusionWork& work,
                ContactWork& contacts, ReservoirWork& reservoirs, Accounts& accounts, const StepInfo& info,
                StepReport& report) {
+  cloth.soaked.advance();
   if (cloth.samples.count == 0 || !(info.dt > 0)) return;
   launch_diffusion_rate(constants, cloth, work);
   if (!work.rate.waited) exec().fence("drench::diffusion::rate");

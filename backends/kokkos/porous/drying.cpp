@@ -120,6 +120,7 @@ struct Drying {
 
 void drying(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Bodies& bodies,
             Cloth& cloth, DryingWork& work, Accounts& accounts, const StepInfo& info) {
+  cloth.soaked.advance();
   const auto samples = static_cast<std::size_t>(cloth.samples.count);
   if (samples == 0) return;
   if (constants.model.has_fluid()) {

@@ -368,6 +368,7 @@ void give_to_layers(const Constants& constants, const NeighborLists& lists, cons
 
 void emission(const Constants& constants, Fluid& fluid, const NeighborLists& lists, const Bodies& bodies, Cloth& cloth,
               TransferWork& transfers, EmissionWork& work, const StepInfo& info) {
+  cloth.soaked.advance();
   if (cloth.samples.count == 0) return;
   prepare(constants, bodies, cloth, transfers, work);
   if (work.idle) {

@@ -67,6 +67,7 @@ Quanta hold(Cloth& cloth, const ReservoirWork& work) {
 }  // namespace
 
 void reservoir(const Constants& constants, Cloth& cloth, ReservoirWork& work, Accounts& accounts) {
+  cloth.soaked.advance();
   if (work.node.extent(0) == 0) upload_targets(constants, work);
   if (work.node.extent(0) > 0 && constants.model.has_solute()) accounts.solute_supplied += supply_solute(cloth, work);
   if (work.node.extent(0) > 0) accounts.supplied += hold(cloth, work);

@@ -2,9 +2,9 @@
 // The stages of porous cloth: what each reads and writes. Laws: docs/theory/porous.md.
 
 #include "cloth/cloth.hpp"
-#include "particles/accounts.hpp"
 #include "particles/fluid.hpp"
 #include "porous/porous_work.hpp"
+#include "state/host_state.hpp"
 
 namespace drench::kokkos_backend {
 

@@ -6,8 +6,8 @@
 
 #include "cloth/cloth.hpp"
 #include "fluid/stages.hpp"
-#include "particles/accounts.hpp"
 #include "particles/fluid.hpp"
+#include "state/host_state.hpp"
 
 namespace drench::kokkos_backend {
 
