@@ -67,6 +67,27 @@ KOKKOS_INLINE_FUNCTION void gather_cluster(const Collision& s, Index k, Index in
 #endif
 }
 
+#ifndef __CUDA_ARCH__
+/// Boxes of one cluster in arrays that vector registers can load.
+struct ListedBoxes {
+  static constexpr Index width = CollisionItems::width;
+  Real lo[3][width], hi[3][width], searched[width];
+  Index meets[width];
+
+  void set(Index k, const PathBox& box) {
+    lo[0][k] = box.lo.x, lo[1][k] = box.lo.y, lo[2][k] = box.lo.z;
+    hi[0][k] = box.hi.x, hi[1][k] = box.hi.y, hi[2][k] = box.hi.z;
+    searched[k] = box.lo.w;
+  }
+  /// PathBox::meets of all; what was not set is anything.
+  void compare(const PathBox& own) {
+    for (Index k = 0; k < width; ++k)
+      meets[k] = ((own.lo.w > 0) | (searched[k] > 0)) & (own.lo.x <= hi[0][k]) & (lo[0][k] <= own.hi.x) &
+                 (own.lo.y <= hi[1][k]) & (lo[1][k] <= own.hi.y) & (own.lo.z <= hi[2][k]) & (lo[2][k] <= own.hi.z);
+  }
+};
+#endif
+
 /// Lists the couples of what is in two clusters whose boxes meet; of one with itself each but once. `first`: of the
 /// boxes within, `around`: of the clusters' own. `k`: a lane's number; `same`: also each with itself.
 KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, Index lane, Index first, Index around,
@@ -100,18 +121,22 @@ KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, 
   // Only items that meet the other cluster's box are compared, and room in the list is taken once per item.
   const PathBox around_a = s.box(around + clusters.first), around_b = s.box(around + clusters.second);
   Index theirs[width], count = 0;
+  ListedBoxes boxes;
   for (Index j = b; j < b + width; ++j) {
+    const PathBox box = s.box(first + j);
     theirs[count] = j;
-    count += s.box(first + j).meets(around_a) ? 1 : 0;
+    boxes.set(count, box);
+    count += box.meets(around_a) ? 1 : 0;
   }
   for (Index i = a; i < a + width && count > 0; ++i) {
     const PathBox own = s.box(first + i);
     if (!own.meets(around_b)) continue;
     Index hit[width], hits = 0;
+    boxes.compare(own);
     for (Index k = 0; k < count; ++k) {
       const Index j = theirs[k];
       hit[hits] = j;
-      hits += own.meets(s.box(first + j)) && (!one || i < j || (same && i == j)) ? 1 : 0;
+      hits += boxes.meets[k] != 0 && (!one || i < j || (same && i == j)) ? 1 : 0;
     }
     if (hits == 0) continue;
     const Index at = Kokkos::atomic_fetch_add(&s.counter(counter), hits);
