@@ -29,7 +29,7 @@ Vectors solve(const ReferenceState& state, const StepInfo& info, ClothProblem& p
     const double damping = m.damping + node_saturation(state, n) * (m.damping_wet - m.damping);
     first[n] += dt * std::exp(-damping * dt) * vec(state.s.node_velocity[n]);
     // The least of m/2Δt² |x − y|² + K/2 |x − X|², with y of the node alone.
-    const double held = state.model.mesh.soft_pin(n), mass = node_mass(state, n);
+    const double held = problem.held[n], mass = node_mass(state, n);
     const Vector3d alone = first[n] + dt * dt * (gravity + load[n] / mass);
     problem.target[n] = alone;
     if (held > 0)
@@ -79,7 +79,7 @@ void cloth(ReferenceState& state, const StepInfo& info, StepReport& report) {
       state.s.node_velocity[n] = arr(v);
       continue;
     }
-    const double held = state.model.mesh.soft_pin(n);
+    const double held = problem.held[n];
     if (held > 0)
       state.s.node_pin_force[n] =
           arr(vec(state.s.node_pin_force[n]) + held * (pin_position(state, n, info.time + dt) - x[n]));

@@ -142,7 +142,9 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
   for (const Vec3& x : state.s.node_position) start.push_back(vec(x));
   target = start;
   for (Index n = 0; n < mesh.nodes(); ++n) {
-    mass.push_back(node_mass(state, n) + mesh.soft_pin(n) * dt * dt);
+    const double stiffness = mesh.soft_pin(n);
+    held.push_back(stiffness > 0 && model().pin_motions[mesh.pin_motion[n]].holds(info.time, dt) ? stiffness : 0);
+    mass.push_back(node_mass(state, n) + held[n] * dt * dt);
     diagonal.push_back(mass[n] / (dt * dt));
     clearance.push_back(clearance_of(state, bodies, n, dt));
   }

@@ -31,6 +31,7 @@ struct ClothProblem {
   double dt;
   Vectors start;                      // x⁰, m
   Vectors target;                     // y, m
+  std::vector<double> held;           // K of a soft pin that holds the node, N/m; 0 without
   std::vector<double> mass;           // wet, kg; of softly pinned nodes m + K Δt²
   std::vector<double> diagonal;       // D, N/m
   std::vector<double> stitch_length;  // at the end of the step, m

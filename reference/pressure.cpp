@@ -71,8 +71,7 @@ class ElasticCloth : public ClothResponse {
     const Vectors internal = problem_.internal_force(x);
     for (Index n = 0; n < state.s.node_count(); ++n) {
       if (problem_.is_free(n)) {
-        state.s.node_pin_force[n] =
-            arr(vec(state.s.node_pin_force[n]) + problem_.model().mesh.soft_pin(n) * (began_[n] - x[n]));
+        state.s.node_pin_force[n] = arr(vec(state.s.node_pin_force[n]) + problem_.held[n] * (began_[n] - x[n]));
         state.s.node_velocity[n] = arr((x[n] - problem_.start[n]) / problem_.dt);
         continue;
       }

@@ -29,7 +29,7 @@ class Squeezing {
     const Vector3d gravity = vec(state.model.scene.gravity);
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       pull_[n] += node_mass(state, n) * gravity;
-      if (const double held = mesh_.soft_pin(n); held > 0)
+      if (const double held = problem_.held[n]; held > 0)
         pull_[n] += held * (pin_position(state, n, info.time + info.dt) - problem_.start[n]);
       wall_.push_back(first_wall(n));
     }

@@ -109,7 +109,7 @@ void visit_numbers(P& p, Visitor&& visit) {
   for (auto& m : p.pin_motions) {
     for (auto* v : {&m.axis, &m.center, &m.offset}) all(*v);
     all(m.rotated);
-    for (auto* v : {&m.start, &m.end}) visit(*v);
+    for (auto* v : {&m.start, &m.end, &m.release}) visit(*v);
     visit_keyed(m.velocity, visit);
     visit_keyed(m.path, visit);
     visit_keyed(m.rate, visit);

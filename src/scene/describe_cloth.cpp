@@ -277,6 +277,10 @@ void describe(Section& s, PinScene& pin) {
       .text("body", pin.body, "name of a body that the pins move and turn with, such as a gripper; not a dynamic one");
   s.number("stiffness", pin.stiffness, "(0, 1e9]", "N/m",
            "holds the nodes by springs of this stiffness in all, shared out by mass; default: rigid");
+  s.saved_if(pin.stiffness.has_value())
+      .number("release", pin.release, "[0, inf]", "s", "time at which the springs let go; only with `stiffness`");
+  s.check(!s.has("release") || pin.stiffness, "release",
+          "needs a pin that holds by springs; allowed: only with stiffness, such as 1e4 N/m");
   s.saved_if(free).section("spin", pin, describe_pin_spin, "rotation between `start` and `end`");
   s.saved_if(free).number("start", pin.start, "[0, 1e6]", "s", "time at which the motion starts");
   s.saved_if(motion).number("end", pin.end, "[0, inf]", "s", "time at which the motion ends; after `start`");

@@ -107,8 +107,9 @@ struct PinScene {
   Vec3 center{0, 0, 0};    // m; what the pins turn about, moves with them
   std::string body;        // the name of a body that they follow, instead of all these; empty: none
   double start = 0.0;      // s
-  double end = std::numeric_limits<double>::infinity();  // s
-  std::optional<double> stiffness;                       // N/m, of all its nodes together; none: rigid
+  double end = std::numeric_limits<double>::infinity();      // s
+  std::optional<double> stiffness;                           // N/m, of all its nodes together; none: rigid
+  double release = std::numeric_limits<double>::infinity();  // s; from then on springs hold nothing
 
   bool operator==(const PinScene&) const = default;
 };

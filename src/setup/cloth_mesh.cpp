@@ -106,6 +106,7 @@ void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins, c
       motion.center = rest[n];
       motion.path = paths[n];
       motion.end = p.end;
+      motion.release = p.release;
       model.pin_motions.push_back(std::move(motion));
     }
   }
@@ -145,6 +146,7 @@ void set_pins_in_motion(Model& model, const ClothScene& cloth, const Pins& pins,
                                  {},
                                  {1, 0, 0, 0},
                                  p.offset});
+    model.pin_motions.back().release = p.release;
     for (std::size_t b = 0; b < model.scene.bodies.size() && !p.body.empty(); ++b)
       if (model.scene.bodies[b].name == p.body) model.pin_motions.back().body = static_cast<Index>(b);
   }

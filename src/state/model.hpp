@@ -120,7 +120,10 @@ struct PinMotion {
   Keyed<Vec3> path;                                                 // p, m; 0 at `start`
   double reach = 0;                                                 // m: the farthest of its nodes from C at rest
   Index body = -1;                                                  // b, of Model::bodies; −1: follows none
+  double release = std::numeric_limits<double>::infinity();         // s; from then on springs hold nothing
 
+  /// Do springs hold its nodes in a step?
+  bool holds(double time, double dt) const { return time + 0.5 * dt < release; }
   bool has_keys() const { return velocity.has_keys() || rate.has_keys() || path.has_keys(); }
 };
 

@@ -351,6 +351,8 @@ inline constexpr BadScene bad_scenes[] = {
      "is out of range; allowed: (0, 1e9] N/m"},
     {"SoftPinOfWhatIsStill", CLOTH "    dynamics: false\n    pin: [{corners: true, stiffness: 9}]\n", 5, 38,
      "cloth.0.pin.0.stiffness", "allowed: only with dynamics: true"},
+    {"ReleaseOfARigidPin", CLOTH "    pin: [{corners: true, release: 1}]\n", 4, 36, "cloth.0.pin.0.release",
+     "allowed: only with stiffness"},
     {"PinMotionEndsFirst", CLOTH "    pin: [{corners: true, velocity: [1, 0, 0], start: 2, end: 1}]\n", 4, 63,
      "cloth.0.pin.0.end", "the motion ends at 1 s and starts at 2 s; allowed: an end after the start"},
     {"PinJumps", CLOTH "    pin: [{corners: true, offset: [[0, [0, 1, 0]], [1, [0, 2, 0]]]}]\n", 4, 35,

@@ -200,6 +200,7 @@ ClothScene cloth_with_moved_pins() {
   moved.pins[1].kind = PinScene::Kind::nodes;
   moved.pins[1].nodes = {3};
   moved.pins[1].stiffness = 500;
+  moved.pins[1].release = 3;
   moved.velocity = {3, 0, -0.5};
   moved.pins[1].velocity = {{{0, {0, 0, 0}}, {1, {0, 1, 0}}}, Interpolation::step};
   moved.pins[1].offset = {{{0, {0, 0, 0}}, {2, {0.1, 0.2, 0.3}}}, Interpolation::smooth};

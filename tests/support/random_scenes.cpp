@@ -201,8 +201,10 @@ std::string SceneDraw::pins(int nx, int nz) {
       list += fmt::format(", spin: {{axis: {}, degrees_per_second: {:.3g}}}", "[0.3, 1, 0.2]", uniform(-360, 360));
     list += fmt::format(", end: {:.3g}", 30 * dt_);
   }
-  const std::string soft =
+  std::string soft =
       drawn_by(newest_, 0.12, [&] { return fmt::format(", stiffness: {:.3g}", usually(1, 1e4, 1e-3, 1e9)); });
+  if (!soft.empty())
+    soft += drawn_by(latest_, 0.3, [&] { return fmt::format(", release: {:.3g}", uniform(0, 30) * dt_); });
   if (!soft.empty()) drawn_.closed = false;  // what such pins store is not known
   return "    pin: [" + list + soft + "}]\n";
 }

@@ -107,6 +107,7 @@ struct Samples {
 struct PinStep {
   Real3 center, offset, move;    // m
   Real3 rotation[3], change[3];  // rows; 1
+  Real holds = 1;                // 0: its springs have let go
 };
 
 /// Bounds of the samples on the host, which has to wait for them.

@@ -123,10 +123,12 @@ void shorten_stitches(Cloth& cloth, const StepInfo& info) {
 void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info) {
   if (!constants.model.has_moving_pins()) return;
   std::vector<PinStep> steps;
-  for (const PinMotion& m : constants.model.pin_motions)
+  for (const PinMotion& m : constants.model.pin_motions) {
     steps.push_back(m.body < 0 ? step_of(m, info.time, info.time + info.dt)
                                : step_with(constants.model.bodies[static_cast<std::size_t>(m.body)], m, info.time,
                                            info.time + info.dt));
+    steps.back().holds = m.holds(info.time, info.dt) ? 1 : 0;
+  }
   if (cloth.pin_steps.extent(0) != steps.size()) cloth.pin_steps = Array<PinStep>("drench::pin_steps", steps.size());
   copy_now(cloth.pin_steps,
            Kokkos::View<PinStep*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(steps.data(), steps.size()));

@@ -26,6 +26,7 @@ struct PinMotions {
       : motion(cloth.nodes.pin_motion), rest(cloth.nodes.rest_position), steps(cloth.pin_steps) {}
 
   KOKKOS_INLINE_FUNCTION bool moves(Index n) const { return motion.extent(0) > 0 && motion(n) >= 0; }
+  KOKKOS_INLINE_FUNCTION Real holds(Index n) const { return steps(motion(n)).holds; }
   /// From the step's start to its end, m.
   KOKKOS_INLINE_FUNCTION Real3 shift(Index n) const {
     const PinStep& s = steps(motion(n));
@@ -51,7 +52,7 @@ struct SoftPins {
 
   /// N/m; 0: no soft pin holds it.
   KOKKOS_INLINE_FUNCTION Real operator()(Index n) const {
-    return stiffness.exist() && !pinned(n) && motions.moves(n) ? stiffness(n) : Real(0);
+    return stiffness.exist() && !pinned(n) && motions.moves(n) ? motions.holds(n) * stiffness(n) : Real(0);
   }
   /// What the spring does to a node at `position`, N.
   KOKKOS_INLINE_FUNCTION Real3 force(Index n, const Real3& position) const {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/host_copy.hpp"
 #include "core/kernel.hpp"
 #include "step/forcing.hpp"
 

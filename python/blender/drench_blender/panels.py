@@ -60,6 +60,13 @@ def draw_cloth(layout, thing):
     for name in ("warp", "friction", "damping"):
         layout.prop(own, name)
     layout.prop_search(own, "pin_group", thing, "vertex_groups")
+    for use, value in (("use_pin_stiffness", "pin_stiffness"), ("use_pin_release", "pin_release")):
+        row = layout.row(heading="")
+        row.active = bool(own.pin_group)
+        row.prop(own, use, text="")
+        sub = row.row()
+        sub.active = getattr(own, use)
+        sub.prop(own, value)
     layout.prop(own, "self_collision")
     layout.prop(own, "weld")
     layout.separator()

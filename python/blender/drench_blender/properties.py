@@ -63,6 +63,11 @@ class DrenchObject(bpy.types.PropertyGroup):
         ("X", "X", "The local X axis"), ("Y", "Y", "The local Y axis"), ("Z", "Z", "The local Z axis")))
     pin_group: StringProperty(name="Pin Group", description="Vertices with a weight of at least 0.5 in this vertex "
                               "group follow the animation of the object; all others are simulated")
+    use_pin_stiffness: BoolProperty(name="Soft Pins", description="Hold pinned vertices by springs instead of rigidly")
+    pin_stiffness: FloatProperty(name="Pin Stiffness", default=500, min=1e-3, soft_max=1e5, max=1e9,
+                                 description="Of the springs of all pinned vertices together, in N/m")
+    use_pin_release: BoolProperty(name="Release Pins", description="Let go of the pinned vertices at a frame")
+    pin_release: IntProperty(name="Release Frame", default=50, description="Frame from which the pins no longer hold")
     self_collision: BoolProperty(name="Self Collision", default=False,
                                  description="Collisions with itself and with other cloths that have this option; "
                                  "increases the run time")

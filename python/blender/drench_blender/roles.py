@@ -8,6 +8,7 @@ from .properties import LIQUIDS
 
 CUBE = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
 MOVED = 1e-6  # of its size: how far an object may move and still counts as fixed
+FIRM = 1e5  # N/m: of pins that hold rigidly until they are released
 
 
 def number(value):
@@ -116,7 +117,7 @@ class Cloth(Part):
                               self.mesh.triangles)
         self.moves = False
         self.may_move = len(self.pinned) > 0
-        self.fps = exporter.times.fps
+        self.times, self.fps = exporter.times, exporter.times.fps
 
     def later(self, exporter, frame):
         if not self.may_move:
@@ -166,6 +167,15 @@ class Cloth(Part):
                           "assign vertices to it, or clear the pin group")
         return pinned
 
+    def _springs(self):
+        """Keys of soft pins. Only they can be released, so pins that are rigid until then are very stiff springs."""
+        own, keys = self.own, {}
+        if own.use_pin_stiffness or own.use_pin_release:
+            keys["stiffness"] = number(own.pin_stiffness if own.use_pin_stiffness else FIRM)
+        if own.use_pin_release:
+            keys["release"] = max(0.0, self.times.time(own.pin_release))
+        return keys
+
     @property
     def entry(self):
         own = self.own
@@ -183,7 +193,7 @@ class Cloth(Part):
             entry["warp"] = self.warp  # only fabrics have different yarns
         entry.update(damping=number(own.damping), friction=number(own.friction))
         if self.pinned:
-            pin = {"nodes": self.pinned}
+            pin = {"nodes": self.pinned, **self._springs()}
             entry["pin"] = [{**pin, **self.files.keys(self.fps)} if self.moves else pin]
         if own.self_collision:
             entry["self_collision"] = True

@@ -91,6 +91,12 @@ class BlenderCase(unittest.TestCase):
         thing.drench.role, thing.drench.pin_group = "CLOTH", "Corners"
         return thing
 
+    def check(self):
+        """The messages of a check of the scene that succeeds; needs the program."""
+        with Quiet():
+            self.assertEqual(self.bpy.ops.drench.check(), {"FINISHED"})
+        return self.scene.drench.messages
+
     def water(self, low=(-0.06, -0.06, 0.05), high=(0.06, 0.06, 0.17)):
         import stage
         thing = stage.box("Water", low, high)

@@ -101,6 +101,17 @@ class Export(support.BlenderCase):
         self.assertIn('mesh: {file: "meshes/body_1_Fixed_000000.ply"}', text)
         self.assertEqual(self.scene.frame_current, 1)
 
+    def test_soft_pins_and_their_release(self):
+        self.scene.frame_start, self.scene.frame_end = 1, 30
+        own = self.sheet().drench
+        text = lambda: (self.export(), (self.folder / "scene.yaml").read_text())[1]
+        own.use_pin_stiffness, own.pin_stiffness = True, 250
+        self.assertIn("pin: [{nodes: [0, 8, 72, 80], stiffness: 250.0}]", text())
+        own.use_pin_release, own.pin_release = True, 13
+        self.assertIn("pin: [{nodes: [0, 8, 72, 80], stiffness: 250.0, release: 0.5}]", text())
+        own.use_pin_stiffness = False
+        self.assertIn("pin: [{nodes: [0, 8, 72, 80], stiffness: 100000.0, release: 0.5}]", text())
+
     def test_modifiers_above_and_below(self):
         """Modifiers above ours shape the cloth at the start, those below are not simulated."""
         thing = self.sheet(cells=2)
@@ -190,7 +201,8 @@ class Export(support.BlenderCase):
         self.assertEqual(len(keys), 5)
         np.testing.assert_allclose([keys[0][1], keys[-1][1]], [[0, 0, 0], [0.4, 0, 0]], atol=1e-6)
         self.assertAlmostEqual(keys[-1][0], 4 / 24)
-        self.check()
+        if support.PROGRAM:
+            self.check()
 
     def test_emitter_of_faces(self):
         """A plane that stands still is a file, one that moves a sequence."""
@@ -210,7 +222,8 @@ class Export(support.BlenderCase):
         self.assertRegex(text, r'mesh_jet: \{sequence: "meshes/emitter_0_Moving_\{:06d\}\.ply", fps: 24\.0, '
                          r"speed: \[\[0\.0, 1\.5\], ")
         self.assertEqual(len(list((self.folder / "meshes").glob("emitter_*.ply"))), 6)
-        self.check()
+        if support.PROGRAM:
+            self.check()
 
     def test_hidden_objects_are_evaluated(self):
         """Hidden objects move as visible ones do, and stay hidden."""
@@ -247,12 +260,6 @@ class Export(support.BlenderCase):
 
 @support.needs_program
 class Check(support.BlenderCase):
-    def check(self):
-        """The messages of a check that succeeds."""
-        with support.Quiet():
-            self.assertEqual(self.bpy.ops.drench.check(), {"FINISHED"})
-        return self.scene.drench.messages
-
     def rejected(self):
         return self.message(self.bpy.ops.drench.check)
 
