@@ -103,7 +103,7 @@ TEST(attachments, soft_pins_carry_the_weight_with_their_stiffness_and_let_go) {
 TEST(attachments, soft_pins_let_go_at_their_time) {
   const std::vector<Index> nodes = upper(Simulation(scene()).state());
   std::string pin = list_of(nodes);
-  pin.insert(pin.find("}]"), ", stiffness: 1e5, release: 0.5");
+  pin.insert(pin.find("}]"), ", stiffness: 200, release: 3");
   Simulation run(scene(pin));
   const HostState start = run.state();
   const auto height = [&](const HostState& s) {
@@ -111,20 +111,15 @@ TEST(attachments, soft_pins_let_go_at_their_time) {
     for (const Vec3& x : s.node_position) sum += x[1] / static_cast<double>(s.node_position.size());
     return sum;
   };
-  run.run_until(0.5);
+  run.run_until(3);
   const HostState held = run.state();
   EXPECT_NEAR(height(held), height(start), 1e-3) << "m";
   EXPECT_NEAR(run.body_load(0).attached_force[1], -weight, 0.02 * weight) << "N, on the gripper";
-  const Scene same = scene(pin);
-  Simulation resumed(same);
-  resumed.set_state(held);
-  for (Simulation* r : {&run, &resumed}) {
-    r->run_until(0.6);
-    const double damping = 8, t = 0.1;  // 1/s, s: of a fall with drag, and half a step of the scheme
-    EXPECT_NEAR(height(held) - height(r->state()), 9.81 / damping * (t - (1 - std::exp(-damping * t)) / damping), 0.002)
-        << "m";
-    EXPECT_EQ(r->body_load(0).attached_force[1], 0);
-  }
+  run.run_until(3.1);
+  constexpr double damping = 8, t = 0.1, dt = 0.002;  // 1/s, s: a fall with drag, by steps of implicit Euler
+  const double fallen = 9.81 * (t / damping - (1 - std::exp(-damping * t)) / (damping * damping) + 0.5 * dt * t);
+  EXPECT_NEAR(height(held) - height(run.state()), fallen, 0.02 * fallen) << "m";
+  EXPECT_EQ(run.body_load(0).attached_force[1], 0);
 }
 
 TEST(attachments, pins_of_a_scene_and_of_a_program_follow_the_body) {
