@@ -210,6 +210,9 @@ class Closing {
         open.push_back(surplus > 0 ? std::array{high, low} : std::array{low, high});
     }
     std::sort(open.begin(), open.end());
+    edges_.clear();
+    if (!open.empty())
+      for (const auto& t : triangles_) add_edges(t);
     for_loops(open, [&](const std::vector<Index>& loop) { cover(piece_of[at(loop[0])], loop); });
     std::stable_sort(solid_.holes.begin(), solid_.holes.end(),
                      [](const MeshHole& l, const MeshHole& r) { return l.width > r.width; });
@@ -247,14 +250,52 @@ class Closing {
       corners.push_back(x_[at(p)]);
       bounds.extend(point(p));
     }
+    Triangles covers;
+    for (const auto& t : triangulate(corners)) covers.push_back({loop[at(t[0])], loop[at(t[1])], loop[at(t[2])]});
+    avoid_edges(covers);
     double area = 0;
-    for (const auto& t : triangulate(corners)) {
-      triangles_.push_back({loop[at(t[0])], loop[at(t[1])], loop[at(t[2])]});
+    for (const auto& t : covers) {
+      triangles_.push_back(t);
+      add_edges(t);
       piece_.push_back(piece);
       area += across(triangles_.size() - 1).norm();
     }
     const double width = bounds.sizes().maxCoeff();
     if (area > 1e-9 * width * width) solid_.holes.push_back({to_vec3(bounds.center()), width});
+  }
+
+  static std::array<Index, 2> edge(Index a, Index b) { return {std::min(a, b), std::max(a, b)}; }
+  void add_edges(const std::array<Index, 3>& t) {
+    for (std::size_t c = 0; c < 3; ++c) edges_.insert(edge(t[c], t[(c + 1) % 3]));
+  }
+  /// Flips diagonals of a cover that lie along edges of the mesh, on which four triangles would meet.
+  void avoid_edges(Triangles& covers) const {
+    for (std::size_t flips = 0; flips < covers.size() && flip_one(covers); ++flips) {
+    }
+  }
+  bool flip_one(Triangles& covers) const {
+    std::map<std::array<Index, 2>, std::size_t> first;  // of each edge within the cover: a triangle
+    for (std::size_t t = 0; t < covers.size(); ++t)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto [found, is_new] = first.try_emplace(edge(covers[t][c], covers[t][(c + 1) % 3]), t);
+        if (!is_new && edges_.count(found->first) > 0 && flip(covers[found->second], covers[t], found->first))
+          return true;
+      }
+    return false;
+  }
+  /// Two triangles on both sides of an edge get the other diagonal, unless the mesh has that one, too.
+  bool flip(std::array<Index, 3>& a, std::array<Index, 3>& b, const std::array<Index, 2>& shared) const {
+    const auto apex = [&](const std::array<Index, 3>& t) {
+      return *std::find_if(t.begin(), t.end(), [&](Index i) { return i != shared[0] && i != shared[1]; });
+    };
+    const Index p = apex(a), q = apex(b);
+    if (edges_.count(edge(p, q)) > 0) return false;
+    // `a` goes from u to v along the shared edge.
+    const auto at_p = static_cast<std::size_t>(std::find(a.begin(), a.end(), p) - a.begin());
+    const Index u = a[(at_p + 1) % 3], v = a[(at_p + 2) % 3];
+    a = {p, u, q};
+    b = {q, v, p};
+    return true;
   }
 
   void turn_outwards() {
@@ -296,6 +337,7 @@ class Closing {
   std::vector<Index> source_, place_;  // of each point: the given one, itself
   Triangles triangles_;
   std::vector<Index> partner_, piece_, patch_;
+  std::set<std::array<Index, 2>> edges_;  // while holes are covered: of the mesh and of the covers
   std::vector<std::vector<std::size_t>> patches_;
   SolidMesh solid_;
 };

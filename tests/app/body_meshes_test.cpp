@@ -294,6 +294,17 @@ TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
             std::string::npos);
 }
 
+/// Two triangles, bent along their common edge: covered across that edge, four triangles would meet there.
+TEST_F(BodyMeshes, ACoverAvoidsEdgesOfTheMesh) {
+  for (const double bend : {0.3, -0.3}) {
+    const SurfaceMesh bent{{{0, 0, 0}, {1, 0, bend}, {1, 1, 0}, {0, 1, bend}}, {{0, 1, 2}, {0, 2, 3}}};
+    const SolidMesh solid = close_mesh(bent);
+    ASSERT_EQ(solid.triangles.size(), 4U);
+    for (const MeshEdge& e : mesh_edges(solid.triangles)) EXPECT_EQ(e.triangles, 2) << e.a << " " << e.b;
+    EXPECT_TRUE(bounds_solid(solid.triangles));
+  }
+}
+
 TEST_F(BodyMeshes, AdviceOnHolesFitsTheUseAndTheSizeOfTheHole) {
   const std::string large = write("large.obj", obj_of(ball_below(0.85))),
                     small = write("small.obj", obj_of(ball_below(0.99)));
