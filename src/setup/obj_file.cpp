@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <sstream>
 #include <string_view>
@@ -108,7 +109,8 @@ class ObjReader {
     char* end = nullptr;
     const long long index = std::strtoll(text, &end, 10), count = static_cast<long long>(defined);
     if (end == text || index == 0 || index > count || index < -count)
-      refuse(fmt::format("there is no {} {}, {} are defined so far", what, corner, count));
+      refuse(fmt::format("there is no {} {}, {} are defined so far", what,
+                         end == text ? corner : std::string(text, static_cast<const char*>(end)), count));
     text = end;
     return static_cast<Index>(index > 0 ? index - 1 : count + index);
   }
@@ -118,8 +120,11 @@ class ObjReader {
     mesh_.corner.push_back(next_index(text, mesh_.points.size(), "point", corner));
     const bool textured = text[0] == '/' && text[1] != '/' && text[1] != '\0';
     if (textured) ++text;
-    mesh_.corner_texture.push_back(textured ? next_index(text, mesh_.texture.size(), "texture coordinate", corner)
-                                            : -1);
+    // A file without any texture coordinate may still number them.
+    const bool has_texture = textured && !mesh_.texture.empty();
+    mesh_.corner_texture.push_back(has_texture ? next_index(text, mesh_.texture.size(), "texture coordinate", corner)
+                                               : -1);
+    if (textured && !has_texture) text += std::strspn(text, "-0123456789");
     while (*text == '/') ++text;
     char* end = nullptr;
     if (*text != '\0' && (std::strtoll(text, &end, 10) == 0 || *end != '\0'))

@@ -326,7 +326,8 @@ TEST_F(MeshFiles, BadOnesAreRefused) {
   EXPECT_TRUE(has(error("next.obj", points + "f 1 2 \\\n3 99\n"), "there is no point 99"));
   EXPECT_EQ(error("last.obj", points + "f -6 -5 -4\n"), "");  // counted from the end
   EXPECT_TRUE(has(error("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n"), "line 1: a point needs three finite"));
-  EXPECT_TRUE(has(error("texture.obj", points + "f 1 2/1/14 3\n"), "line 7: there is no texture coordinate 2/1/14"));
+  EXPECT_TRUE(has(error("texture.obj", points + "vt 0 0\nf 1 2/3/14 3\n"), "line 8: there is no texture coordinate 3"));
+  EXPECT_EQ(error("no_texture.obj", points + "f 1/1/1 2/2/1 3/3/1\n"), "");
   EXPECT_TRUE(has(error("corner.obj", points + "f 1 2x 3\n"), "line 7: '2x' is not a corner of a face"));
   EXPECT_TRUE(has(error("two.obj", points + "f 1 2\n"), "line 7: a face needs three corners"));
   const std::string ply =
