@@ -107,6 +107,21 @@ DistanceField field_in_domain(const Model& m, const Body& body, double margin) {
   return lay_field(box.min, box.max, m.spacing, margin);
 }
 
+/// Twice the steps of a body's lattice of distances: the spacing of the liquid. Where cloth moves, coarse liquid shall
+/// not blur details of the body: steps are not much longer than the edges of its mesh.
+double field_spacing(const Model& m, const Body& body) {
+  constexpr double of_an_edge = 0.75, most_steps = 170;  // the latter along the body's longest side
+  if (!m.has_moving_cloth()) return m.spacing;
+  const auto point = [&](Index i) { return to_eigen(body.mesh_points[static_cast<std::size_t>(i)]); };
+  double length = 0;
+  for (const auto& t : body.mesh_triangles)
+    for (std::size_t c = 0; c < 3; ++c) length += (point(t[c]) - point(t[(c + 1) % 3])).norm();
+  const Box box = bounds_of(body.mesh_points);
+  const double edge = length / (3 * static_cast<double>(body.mesh_triangles.size())),
+               longest = (to_eigen(box.max) - to_eigen(box.min)).maxCoeff();
+  return std::min(m.spacing, 2 * std::max(of_an_edge * edge, longest / most_steps));
+}
+
 /// Lattices for the distance fields of meshes with an inside; they reach as far as cloth is thick, or sticks when wet.
 void lay_fields(Setup& setup) {
   Model& m = setup.model;
@@ -122,6 +137,7 @@ void lay_fields(Setup& setup) {
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
     if (body.kind != BodyScene::Kind::mesh) continue;
+    double spacing = m.spacing;
     if (body.deforms()) {
       const TimeScene& time = m.scene.time;
       blaming(fmt::format("bodies.{}.mesh", b), [&] {
@@ -131,9 +147,10 @@ void lay_fields(Setup& setup) {
     } else if (!m.scene.bodies[b].inside && bounds_solid(body.mesh_triangles)) {
       const bool met_in_domain = !m.has_moving_cloth() && std::none_of(m.bodies.begin(), m.bodies.end(),
                                                                        [](const Body& other) { return other.moves(); });
-      body.field = met_in_domain ? field_in_domain(m, body, margin) : lay_field(body, m.spacing, margin);
+      spacing = field_spacing(m, body);
+      body.field = met_in_domain ? field_in_domain(m, body, margin) : lay_field(body, spacing, margin);
     }
-    if (const std::string line = coarse_field(body.field, m.spacing); !line.empty())
+    if (const std::string line = coarse_field(body.field, spacing); !line.empty())
       setup.warnings.push_back(fmt::format("{}: {}", body_label(body.name, b), line));
   }
 }
