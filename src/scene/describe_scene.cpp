@@ -375,9 +375,13 @@ void describe(Section& s, Box& box) {
 }
 
 void describe_coordinates(Section& s, LengthUnit& unit, UpAxis& up, bool saved) {
-  s.saved_if(saved).choice(
-      "unit", unit, {{"m", LengthUnit::m}, {"cm", LengthUnit::cm}, {"mm", LengthUnit::mm}, {"inch", LengthUnit::inch}},
-      "unit of the scaled coordinates");
+  s.saved_if(saved).choice("unit", unit,
+                           {{"m", LengthUnit::m},
+                            {"dm", LengthUnit::dm},
+                            {"cm", LengthUnit::cm},
+                            {"mm", LengthUnit::mm},
+                            {"inch", LengthUnit::inch}},
+                           "unit of the scaled coordinates");
   s.saved_if(saved).choice("up", up, {{"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
                            "upward axis of the file; the mesh is rotated so that it becomes y");
 }

@@ -28,7 +28,7 @@ enum class WallPressure { mirrored, extrapolated };
 /// The axis of a mesh file that points up; the mesh is turned so that it becomes y.
 enum class UpAxis { x, y, z };
 /// The unit of a mesh file's coordinates.
-enum class LengthUnit { m, cm, mm, inch };
+enum class LengthUnit { m, dm, cm, mm, inch };
 /// Section `fluid.solver`: when the pressure solves end.
 struct FluidSolverScene {
   double density_error = 1e-3;         // 1; mean compression that ends the density solve

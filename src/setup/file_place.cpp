@@ -26,6 +26,8 @@ double metres_in(LengthUnit unit) {
   switch (unit) {
     case LengthUnit::m:
       return 1;
+    case LengthUnit::dm:
+      return 0.1;
     case LengthUnit::cm:
       return 0.01;
     case LengthUnit::mm:
@@ -40,6 +42,8 @@ const char* name_of(LengthUnit unit) {
   switch (unit) {
     case LengthUnit::m:
       return "m";
+    case LengthUnit::dm:
+      return "dm";
     case LengthUnit::cm:
       return "cm";
     case LengthUnit::mm:

@@ -252,7 +252,7 @@ inline constexpr BadScene bad_scenes[] = {
     {"GridWithAUnit", HEAD "cloth: [{mesh: {grid: {}, unit: cm}}]\n", 2, 33, "cloth.0.mesh.unit",
      "applies only to mesh files"},
     {"MeshUnitUnknown", HEAD "cloth: [{mesh: {file: exists.obj, unit: yard}}]\n", 2, 41, "cloth.0.mesh.unit",
-     "is not known; allowed: m, cm, mm, inch"},
+     "is not known; allowed: m, dm, cm, mm, inch"},
     {"MeshUpUnknown", HEAD "cloth: [{mesh: {file: exists.obj, up: -z}}]\n", 2, 39, "cloth.0.mesh.up",
      "allowed: x, y, z"},
     {"CleanOfAGrid", CLOTH "    clean: auto\n", 4, 12, "cloth.0.clean", "applies only to mesh files"},
