@@ -48,10 +48,10 @@ void refuse_thick_cloth(const Model& m) {
     const double height = u.cross(v).norm() / longest;
     if (thickness > 0.5 * height)
       throw SetupError(
-          fmt::format(
-              "cloth {}: self_collision keeps layers {:.4g} m apart, more than half the height of a triangle, {:.4g} "
-              "m; use a smaller thickness or a coarser mesh",
-              cloth.name, thickness, height),
+          fmt::format("cloth {}: self_collision keeps layers {:.4g} m apart, more than half the height of the triangle "
+                      "at ({:.4g}, "
+                      "{:.4g}, {:.4g}), which is {:.4g} m high; use a smaller thickness or a coarser mesh",
+                      cloth.name, thickness, place_of(m, t[0])[0], place_of(m, t[0])[1], place_of(m, t[0])[2], height),
           fmt::format("cloth.{}.thickness", &cloth - m.cloths.data()));
   }
 }
