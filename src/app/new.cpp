@@ -79,7 +79,11 @@ ImportedMesh mesh_of(const std::string& file, const std::optional<std::string>& 
       std::find(read.begin(), read.end(), ending) == read.end() && !fs::is_directory(file, unknown))
     throw SetupError(fmt::format("mesh file '{}': unknown extension; allowed: {}, {}", file, fmt::join(read, ", "),
                                  imported_endings()));
-  return is_imported(file) ? imported_mesh(file, prim) : ImportedMesh{file};
+  if (is_imported(file)) return imported_mesh(file, prim);
+  if (prim)
+    throw SetupError(fmt::format("mesh file '{}': it holds one mesh; --prim and --body-prim name one of {}", file,
+                                 imported_endings()));
+  return ImportedMesh{file};
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ double longest_side(const Box& box) { return (to_eigen(box.max) - to_eigen(box.m
 /// Fills unit_warning.
 void judge_unit(Garment& garment, const std::string& label, double size) {
   const MeshGuess& guess = garment.guess;
-  const char* names[] = {"metres", "centimetres", "millimetres", "inches"};
+  const char* names[] = {"metres", "decimetres", "centimetres", "millimetres", "inches"};
   const char* name = names[static_cast<std::size_t>(guess.unit)];
   if (guess.unit != LengthUnit::m)
     garment.unit_warning =
@@ -36,10 +36,25 @@ void judge_unit(Garment& garment, const std::string& label, double size) {
         "{} is {:.3g} units long: assumed to be in metres; otherwise set unit or scale in the scene", label, size);
 }
 
+/// Closes its seams: also such as are a little open, where the distance for them collapses no triangle.
+void sew(Garment& garment) {
+  const SheetSplit split = split_sheets(garment.mesh);
+  const SurfaceMesh apart = garment.mesh;
+  const Weld closed = weld_boundary(garment.mesh, weld_automatically, split.copy_of);
+  if (closed.open == 0 || closed.layers > 0) return;
+  const double digit = std::pow(10, std::floor(std::log10(closed.widest)) - 1);
+  const double distance = std::ceil(1.2 * closed.widest / digit - 1e-6) * digit;
+  SurfaceMesh wider = apart;
+  const Weld all = weld_boundary(wider, distance, split.copy_of);
+  if (all.refused > closed.refused || all.merged <= closed.merged) return;
+  garment.mesh = std::move(wider);
+  garment.weld = distance;
+  garment.welded = all.merged - closed.merged;
+}
+
 void place(Garment& garment, bool on_body) {
   FilePlace{metres_in(garment.guess.unit) * upright(garment.guess.up), Vector3d::Zero()}(garment.mesh.points);
-  const SheetSplit split = split_sheets(garment.mesh);
-  weld_boundary(garment.mesh, weld_automatically, split.copy_of);
+  sew(garment);
   clean_mesh(garment.mesh, clean_automatically);
   const Box box = bounds_of(garment.mesh.points);
   const double size = longest_side(box);

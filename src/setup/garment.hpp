@@ -15,6 +15,8 @@ struct Garment {
   SurfaceMesh mesh;          // placed, with its seams welded
   MeshGuess guess;           // of the file
   Vec3 shift{0, 0, 0};       // m, added after scaling
+  double weld = 0;           // m: sews its seams where the distance that is chosen automatically does not; 0: that one
+  Index welded = 0;          // pairs of points that only this distance sews
   std::string unit_warning;  // one line where the unit is a guess, else ""
   Box box;                   // m
   double size = 0;           // m; the longest side of the box

@@ -15,6 +15,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double largest_in_metres = 5, largest_in_centimetres = 300;  // a curtain; a garment of 3 m
+constexpr double largest_in_decimetres = 30;                           // a body of 3 m
 constexpr double flat = 0.1, taller = 1.2;                             // of the longest side; of the other side
 constexpr double rare_unit = 0.6;                                      // misfit up to which inches are believed
 constexpr double centred = 0.2, grounded = 0.3;  // the middle's distance from the origin over the side's length
@@ -98,6 +99,16 @@ MeshGuess guess_of(const Box& file_box) {
   MeshGuess guess;
   guess_unit(file_box, guess);
   guess_up(file_box, guess);
+  return guess;
+}
+
+MeshGuess guess_of_body(const Box& file_box) {
+  MeshGuess guess = guess_of(file_box);
+  const double size = sides_of(file_box).maxCoeff();
+  if (guess.unit == LengthUnit::cm && size <= largest_in_decimetres) {
+    guess.unit = LengthUnit::dm;
+    guess.unit_reason = fmt::format("it is {:.3g} units long, a person in decimetres", size);
+  }
   return guess;
 }
 

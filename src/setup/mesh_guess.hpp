@@ -21,8 +21,10 @@ Box bounds_of(const std::vector<Vec3>& points);
 
 /// Of one file alone: beyond 5 units long it is centimetres, beyond 300 millimetres. Up is the axis that begins at the
 /// ground while the other one is centred on the origin, else the longer one of y and z; a flat mesh lies in x and z.
-/// `other`: a body's guess, for a garment: it is taken over where the garment lies at the body then.
 MeshGuess guess_of(const Box& file_box);
+/// The same of a body: from 5 to 30 units it is decimetres, in which it is a person (MakeHuman).
+MeshGuess guess_of_body(const Box& file_box);
+/// Of a garment: that of the body where the garment lies at the body then.
 MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const MeshGuess& body);
 
 /// A file's box in metres, y up.

@@ -144,22 +144,68 @@ class PlaceSearch {
   std::vector<Vector3d> some_, all_;  // m: nodes
 };
 
+constexpr double few_inside = 0.02;  // of the nodes
+
+/// Does the body wear a garment where it is: does it go around a part of the body with hardly a node inside it?
+bool is_worn(const Fitting& f) { return f.around && f.given.inside <= few_inside; }
+
+/// m: the gap, larger where nodes are inside: across the body a garment is nearer to it than around it.
+double misfit(const WornPlace& place) { return place.gap * (1 + 5 * place.inside); }
+double misfit(const Fitting& f) { return f.moved ? misfit(*f.moved) : misfit(f.given) * (f.around ? 1 : 1.5); }
+
+/// The translation that puts a garment on a body best: files of both often have different origins, one at the hips,
+/// the other at the feet. None where no place goes around a part of the body.
+std::optional<WornPlace> find_worn_place(const Garment& garment, const Body& body) {
+  for (const WornPlace& place : PlaceSearch(garment, body).best())
+    if (surrounds_at(garment, body.mesh_points, to_eigen(place.shift))) return place;
+  return std::nullopt;
+}
+
+/// Is a place that was found so much better than another one that a garment should be moved to it?
+bool is_worth_moving(const WornPlace& found, const WornPlace& given) {
+  const bool nearer = found.gap <= 0.4 * given.gap;
+  return nearer || (found.inside <= std::min(0.05, 0.25 * given.inside) && found.gap <= 0.8 * given.gap);
+}
+
 }  // namespace
 
 bool surrounds(const Garment& garment, const std::vector<Vec3>& body) {
   return surrounds_at(garment, body, Vector3d::Zero());
 }
 
-std::optional<WornPlace> find_worn_place(const Garment& garment, const Body& body) {
-  constexpr double few = 0.02;       // of the nodes: so many may be inside the body of a garment that is well placed
-  constexpr double most_left = 0.4;  // of the gap, at a place that is worth moving to
-  const PlaceSearch search(garment, body);
-  const WornPlace given = search.at(Vector3d::Zero());
-  if (given.inside <= few && surrounds(garment, body.mesh_points)) return std::nullopt;
-  for (const WornPlace& place : search.best())
-    if (place.gap <= most_left * given.gap && surrounds_at(garment, body.mesh_points, to_eigen(place.shift)))
-      return place;
-  return std::nullopt;
+WornPlace rate_place(const Garment& garment, const Body& body) {
+  return PlaceSearch(garment, body).at(Vector3d::Zero());
+}
+
+std::optional<Fitting> fit_to(const Garment& garment, const SurfaceMesh& file, const std::string& label,
+                              const Body& body) {
+  constexpr double much_less = 0.9;  // misfit of another axis over that of the suggested one
+  const auto fitting = [&](Garment of) {
+    Fitting f{std::move(of), {}, false, {}};
+    f.given = rate_place(f.garment, body);
+    f.around = surrounds(f.garment, body.mesh_points);
+    if (!is_worn(f)) f.moved = find_worn_place(f.garment, body);
+    if (f.moved && !is_worth_moving(*f.moved, f.given)) f.moved.reset();
+    return f;
+  };
+  const Fitting suggested = fitting(garment);
+  if (is_worn(suggested)) return std::nullopt;
+  Fitting best = suggested;
+  for (const UpAxis up : {UpAxis::y, UpAxis::z}) {
+    if (up == garment.guess.up) continue;
+    MeshGuess guess = garment.guess;
+    guess.up = up;
+    guess.up_reason = up == UpAxis::y ? "" : "then it fits the body";
+    Garment turned = measure_garment(file, label, guess, true);
+    if (turned.flat) continue;
+    Fitting other = fitting(std::move(turned));
+    // Turned as well as moved it has to fit well: a tube fits over many a corner.
+    if (other.moved && other.moved->inside > few_inside) other.moved.reset();
+    if (!other.around && !other.moved) continue;
+    if (misfit(other) < std::min(misfit(best), much_less * misfit(suggested))) best = std::move(other);
+  }
+  if (best.garment.guess.up == garment.guess.up && !best.moved) return std::nullopt;
+  return best;
 }
 
 }  // namespace drench

@@ -19,9 +19,21 @@ struct WornPlace {
   double inside = 0;    // 1: share of its nodes inside the body
 };
 
-/// Finds the translation that puts a garment on a body: files of both often have different origins, one at the hips,
-/// the other at the feet. None where the garment is well placed already, or where no place that goes around a part of
-/// the body has at most 0.4 of its gap. `body` has a distance field.
-std::optional<WornPlace> find_worn_place(const Garment& garment, const Body& body);
+/// Where the garment is. `body` has a distance field.
+WornPlace rate_place(const Garment& garment, const Body& body);
+
+/// A garment with an axis of its file up, as it is and where the body wears it best.
+struct Fitting {
+  Garment garment;
+  WornPlace given;
+  bool around = false;  // does it go around a part of the body as it is?
+  std::optional<WornPlace> moved;
+};
+
+/// Of the axes that can be up in the garment's file, the one with which it fits the body best, and the translation that
+/// it needs for that. None where the garment stays as it is: where the body wears it, and where nothing fits better.
+/// `file`: the points and triangles of the garment's file, which `label` names.
+std::optional<Fitting> fit_to(const Garment& garment, const SurfaceMesh& file, const std::string& label,
+                              const Body& body);
 
 }  // namespace drench

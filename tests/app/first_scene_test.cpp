@@ -220,6 +220,55 @@ TEST_F(NewScene, IsPutOnABodyWhoseFileHasAnotherOrigin) {
   EXPECT_EQ(drench({"run", "scene.yaml", "--steps", "3", "--quiet", "--no-output"}).code, 0);
 }
 
+/// A skirt, wide and low: by its box its y might as well be its depth.
+TEST_F(NewScene, IsTurnedSoThatTheBodyWearsIt) {
+  write_text(here() / "body.obj", block({-0.15, -0.11, 0}, {0.15, 0.11, 1.7}));  // z up
+  std::string skirt;                                                             // y up, centred as if z were
+  constexpr int around = 24, rows = 9;
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < around; ++i) {
+      const double angle = 2 * std::numbers::pi * i / around, radius = 0.3 - 0.1 * j / (rows - 1.0);
+      skirt += fmt::format("v {:.9g} {:.9g} {:.9g}\n", radius * std::cos(angle), 0.75 + 0.25 * j / (rows - 1.0),
+                           radius * std::sin(angle));
+    }
+  for (int j = 0; j + 1 < rows; ++j)
+    for (int i = 0; i < around; ++i) {
+      const int a = j * around + i + 1, b = j * around + (i + 1) % around + 1;
+      skirt += fmt::format("f {} {} {}\nf {} {} {}\n", a, b, a + around, b, b + around, a + around);
+    }
+  write_text(here() / "garment.obj", skirt);
+  const Outcome made = drench({"new", "garment.obj", "--body", "body.obj", "-o", "scene.yaml"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  const Scene scene = load_scene((here() / "scene.yaml").string());
+  EXPECT_EQ(scene.bodies[0].up, UpAxis::z);
+  EXPECT_EQ(scene.cloths[0].up, UpAxis::y) << read_text(here() / "scene.yaml");
+  EXPECT_EQ(scene.cloths[0].position, (Vec3{0, 0, 0}));
+}
+
+TEST_F(NewScene, SewsSeamsThatAreALittleOpen) {
+  std::string tubes = tube(0.6, 1), seam;
+  // Cut open along one line: the points of its first row are there twice, 1 mm apart; its edges are 3 to 4 cm long.
+  constexpr int around = 24, rows = 21;
+  for (int j = 0; j < rows; ++j)
+    seam += fmt::format("v {:.9g} {:.9g} {:.9g}\n", 0.15 + (j % 2 == 0 ? 0 : 0.001), 0.6 * j / (rows - 1.0), 0.0);
+  const std::size_t faces = tubes.find("f ");
+  std::string cut = tubes.substr(0, faces) + seam;
+  for (int j = 0; j + 1 < rows; ++j)
+    for (int i = 0; i < around; ++i) {
+      const auto at = [&](int row, int k) { return k == around ? around * rows + row + 1 : row * around + k + 1; };
+      cut += fmt::format("f {} {} {}\nf {} {} {}\n", at(j, i), at(j, i + 1), at(j + 1, i), at(j, i + 1),
+                         at(j + 1, i + 1), at(j + 1, i));
+    }
+  write_text(here() / "garment.obj", cut);
+  const Outcome made = drench({"new", "garment.obj"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("    weld: 0.0012"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("sews 10 pairs of boundary points more than the default"), std::string::npos) << made.out;
+  write_text(here() / "scene.yaml", made.out);
+  EXPECT_NE(drench({"check", "scene.yaml"}).out.find("boundary loop 1 of "), std::string::npos);
+  EXPECT_EQ(drench({"check", "scene.yaml"}).out.find("boundary loop 2 of "), std::string::npos);
+}
+
 TEST_F(NewScene, WritesNewFilesOnly) {
   write_text(here() / "scene.yaml", "drench: 1\n");
   const Outcome again = drench({"new", "-o", "scene.yaml"});

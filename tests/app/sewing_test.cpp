@@ -328,6 +328,14 @@ TEST(MeshGuess, TellsUpFromTheGroundAndFromTheSides) {
   EXPECT_EQ(guess_of({{-0.3, 0, -0.3}, {0.3, 0.001, 0.3}}).up, UpAxis::y) << "a sheet that lies";
 }
 
+TEST(MeshGuess, OfABodyKnowsPersonsInDecimetres) {
+  EXPECT_EQ(guess_of_body({{-5, -8.3, -1}, {5, 8.4, 1}}).unit, LengthUnit::dm);
+  EXPECT_FALSE(guess_of_body({{-5, -8.3, -1}, {5, 8.4, 1}}).unit_reason.empty());
+  EXPECT_EQ(guess_of({{-5, -8.3, -1}, {5, 8.4, 1}}).unit, LengthUnit::cm);
+  EXPECT_EQ(guess_of_body({{-50, -83, -10}, {50, 84, 10}}).unit, LengthUnit::cm);
+  EXPECT_EQ(guess_of_body({{-0.5, -0.83, -0.1}, {0.5, 0.84, 0.1}}).unit, LengthUnit::m);
+}
+
 TEST(MeshGuess, FitsAGarmentToItsBody) {
   const Box person{{-0.85, 0, -0.15}, {0.85, 1.75, 0.15}};
   const Box shirt{{-0.4, 0.9, -0.16}, {0.4, 1.5, 0.16}};
