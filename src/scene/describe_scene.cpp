@@ -51,7 +51,6 @@ void check_baked(Section& s, const Scene& scene) {
           "is not available with liquid of a sequence of files, which has no pressure; allowed: false");
 }
 
-/// Relations between sections.
 /// In a frame that rotates about another direction than gravity's, gravity would turn.
 void check_frame(Section& s, const Scene& scene) {
   const Eigen::Vector3d axis = to_eigen(scene.rotating_frame.axis), g = to_eigen(scene.gravity);
@@ -62,6 +61,7 @@ void check_frame(Section& s, const Scene& scene) {
             "is dynamic; allowed: bodies that are at rest or move as prescribed in a scene with rotating_frame");
 }
 
+/// Relations between sections.
 void check_sections(Section& s, const Scene& scene) {
   s.check(scene.fluid.present || !scene.cloths.empty(), "fluid",
           "the scene has neither fluid nor cloth; allowed: at least one of the two");

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -361,6 +362,19 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
 }
 
 /// Air that takes nothing up.
+/// Free flight in a frame that turns far in a step goes astray (docs/theory/rotating_frame.md).
+void warn_of_fast_frames(const Model& m, Lines& lines) {
+  constexpr double largest = 0.05;  // rad per step
+  const RotatingFrameScene& frame = m.scene.rotating_frame;
+  if (!frame.present) return;
+  const double rate = frame.degrees_per_second.largest() * std::numbers::pi / 180;
+  if (rate * m.scene.time.step > largest)
+    lines.push_back(fmt::format(
+        "rotating_frame: a step of {:g} s turns it by up to {:.2g} rad, with which what flies freely goes astray; set "
+        "time.step to at most {:.2g} s",
+        m.scene.time.step, rate * m.scene.time.step, largest / rate));
+}
+
 void warn_of_idle_air(const Model& m, Lines& lines) {
   if (m.scene.air.cooling && !m.has_porous())
     lines.emplace_back("air.cooling has no effect: no cloth is porous, and liquid keeps the temperature of the air");
@@ -387,6 +401,7 @@ std::vector<std::string> plan_warnings(const Model& model, const HostState& stat
   warn_of_stiff_cloths(model, lines);
   warn_of_wet_cloths(model, lines);
   warn_of_idle_air(model, lines);
+  warn_of_fast_frames(model, lines);
   warn_of_step(model, state, lines);
   return lines;
 }
