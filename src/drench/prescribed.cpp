@@ -205,9 +205,11 @@ void attach_nodes(Model& m, Index cloth, const std::vector<Index>& nodes, Index 
   m.mesh.pin_motion.resize(m.mesh.rest_position.size(), -1);
   for (const Index k : nodes) {
     const auto n = static_cast<std::size_t>(range.first_node + k);
-    const bool attached =
-        m.mesh.pin_motion[n] >= 0 && m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])].body >= 0;
-    if ((m.mesh.pinned[n] || m.mesh.soft_pin(static_cast<Index>(n)) > 0) && !attached)
+    const PinMotion* own =
+        m.mesh.pin_motion[n] < 0 ? nullptr : &m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])];
+    const bool soft = m.mesh.soft_pin(static_cast<Index>(n)) > 0 && time < own->release,
+               attached = own && own->body >= 0;
+    if ((m.mesh.pinned[n] || soft) && !attached)
       throw std::invalid_argument(fmt::format("node {} of cloth {} is held by a pin of the scene", k, cloth));
     const Eigen::Vector3d arm = to_eigen(arm_of_point(body, position[n], time));
     PinMotion motion;

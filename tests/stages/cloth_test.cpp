@@ -275,9 +275,10 @@ TEST(cloth, held_by_soft_pins_agrees_with_the_reference) {
     compare_stage(
         {.stage = stage, .scene = scene, .changes = stage == Stage::advection ? "node_position" : "node_pin_force"});
   compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = press_on_the_sphere, .changes = "node_pin_force"});
-  compare_stage({.stage = Stage::cloth,
-                 .scene = with(wet_scene(), "{edges: true}", "{edges: true, stiffness: 300, release: 0}"),
-                 .changes = "node_velocity"});
+  for (const Stage stage : {Stage::cloth, Stage::pressure})
+    compare_stage({.stage = stage,
+                   .scene = with(wet_scene(), "{edges: true}", "{edges: true, stiffness: 300, release: 0}"),
+                   .changes = "node_velocity"});
 }
 
 /// Pins that move and turn with a body beside the scene.
