@@ -109,8 +109,8 @@ DistanceField field_in_domain(const Model& m, const Body& body, double margin) {
 
 /// Twice the steps of a body's lattice of distances: the spacing of the liquid. Where cloth moves, coarse liquid shall
 /// not blur details of the body: steps are not much longer than the edges of its mesh.
-double field_spacing(const Model& m, const Body& body) {
-  constexpr double of_an_edge = 0.75, most_steps = 170;  // the latter along the body's longest side
+double field_spacing(const Model& m, const Body& body, double margin) {
+  constexpr double of_an_edge = 0.75, most_steps = 170;  // the latter along the longest side of the lattice
   if (!m.has_moving_cloth()) return m.spacing;
   const auto point = [&](Index i) { return to_eigen(body.mesh_points[static_cast<std::size_t>(i)]); };
   double length = 0;
@@ -118,7 +118,7 @@ double field_spacing(const Model& m, const Body& body) {
     for (std::size_t c = 0; c < 3; ++c) length += (point(t[c]) - point(t[(c + 1) % 3])).norm();
   const Box box = bounds_of(body.mesh_points);
   const double edge = length / (3 * static_cast<double>(body.mesh_triangles.size())),
-               longest = (to_eigen(box.max) - to_eigen(box.min)).maxCoeff();
+               longest = (to_eigen(box.max) - to_eigen(box.min)).maxCoeff() + 2 * margin;
   return std::min(m.spacing, 2 * std::max(of_an_edge * edge, longest / most_steps));
 }
 
@@ -147,7 +147,7 @@ void lay_fields(Setup& setup) {
     } else if (!m.scene.bodies[b].inside && bounds_solid(body.mesh_triangles)) {
       const bool met_in_domain = !m.has_moving_cloth() && std::none_of(m.bodies.begin(), m.bodies.end(),
                                                                        [](const Body& other) { return other.moves(); });
-      spacing = field_spacing(m, body);
+      spacing = field_spacing(m, body, margin);
       body.field = met_in_domain ? field_in_domain(m, body, margin) : lay_field(body, spacing, margin);
     }
     if (const std::string line = coarse_field(body.field, spacing); !line.empty())

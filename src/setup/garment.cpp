@@ -46,7 +46,9 @@ void sew(Garment& garment) {
   const double distance = std::ceil(1.2 * closed.widest / digit - 1e-6) * digit;
   SurfaceMesh wider = apart;
   const Weld all = weld_boundary(wider, distance, split.copy_of);
-  if (all.refused > closed.refused || all.merged <= closed.merged) return;
+  const auto sewn = [](const Weld& weld) { return weld.merged + static_cast<Index>(weld.held.size()); };
+  // Nor points of layers that lie near each other, which the distance sews as well.
+  if (all.refused > closed.refused || all.merged <= closed.merged || sewn(all) > sewn(closed) + closed.open) return;
   garment.mesh = std::move(wider);
   garment.weld = distance;
   garment.welded = all.merged - closed.merged;
