@@ -210,10 +210,13 @@ class Closing {
         open.push_back(surplus > 0 ? std::array{high, low} : std::array{low, high});
     }
     std::sort(open.begin(), open.end());
-    edges_.clear();
+    std::vector<std::uint8_t> at_hole(x_.size(), 0);
+    for (const auto& e : open) at_hole[at(e[0])] = at_hole[at(e[1])] = 1;
     if (!open.empty())
-      for (const auto& t : triangles_) add_edges(t);
+      for (const auto& t : triangles_)
+        if (at_hole[at(t[0])] + at_hole[at(t[1])] + at_hole[at(t[2])] > 1) add_edges(t);
     for_loops(open, [&](const std::vector<Index>& loop) { cover(piece_of[at(loop[0])], loop); });
+    edges_.clear();
     std::stable_sort(solid_.holes.begin(), solid_.holes.end(),
                      [](const MeshHole& l, const MeshHole& r) { return l.width > r.width; });
   }
@@ -337,7 +340,7 @@ class Closing {
   std::vector<Index> source_, place_;  // of each point: the given one, itself
   Triangles triangles_;
   std::vector<Index> partner_, piece_, patch_;
-  std::set<std::array<Index, 2>> edges_;  // while holes are covered: of the mesh and of the covers
+  std::set<std::array<Index, 2>> edges_;  // while holes are covered: of triangles at them, and of the covers
   std::vector<std::vector<std::size_t>> patches_;
   SolidMesh solid_;
 };

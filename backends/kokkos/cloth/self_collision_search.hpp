@@ -71,16 +71,16 @@ KOKKOS_INLINE_FUNCTION void gather_cluster(const Collision& s, Index k, Index in
 /// Boxes of one cluster in arrays that vector registers can load.
 struct ListedBoxes {
   static constexpr Index width = CollisionItems::width;
-  Real lo[3][width], hi[3][width], searched[width];
-  Index meets[width];
+  Real lo[3][width] = {}, hi[3][width] = {}, searched[width] = {};
+  Index meets[width] = {};
 
-  void set(Index k, const PathBox& box) {
+  KOKKOS_INLINE_FUNCTION void set(Index k, const PathBox& box) {
     lo[0][k] = box.lo.x, lo[1][k] = box.lo.y, lo[2][k] = box.lo.z;
     hi[0][k] = box.hi.x, hi[1][k] = box.hi.y, hi[2][k] = box.hi.z;
     searched[k] = box.lo.w;
   }
-  /// PathBox::meets of all; what was not set is anything.
-  void compare(const PathBox& own) {
+  /// PathBox::meets of all; entries that were not set have any value.
+  KOKKOS_INLINE_FUNCTION void compare(const PathBox& own) {
     for (Index k = 0; k < width; ++k)
       meets[k] = ((own.lo.w > 0) | (searched[k] > 0)) & (own.lo.x <= hi[0][k]) & (lo[0][k] <= own.hi.x) &
                  (own.lo.y <= hi[1][k]) & (lo[1][k] <= own.hi.y) & (own.lo.z <= hi[2][k]) & (lo[2][k] <= own.hi.z);
