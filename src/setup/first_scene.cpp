@@ -273,9 +273,11 @@ bool put_on(Suggestion& s, const Body& body) {
         "The garment and the body have different origins: moved by {} m, after which {:.2g} % of its nodes are "
         "inside the body. Delete place to undo it",
         list(s.garment.shift), 100 * fitting->moved->inside));
-  } else if (s.garment.guess.up == before) {
-    return false;
   }
+  if (s.garment.guess.up != before)
+    s.found.push_back(
+        fmt::format("The body wears the garment with {} up in its file, not {} as the boxes of both suggest",
+                    name_of(s.garment.guess.up), name_of(before)));
   choose_jet(s);
   choose_domain(s);
   return true;

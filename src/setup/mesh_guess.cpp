@@ -120,11 +120,12 @@ MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const Mesh
   MeshGuess best = alike;
   double least = misfit(upright_box(file_box, best), around, sheet) + dwarfish(file_box, best) -
                  0.2;  // files of one pair are likely alike
-  for (const LengthUnit unit : {LengthUnit::m, LengthUnit::cm, LengthUnit::mm, LengthUnit::inch})
+  for (const LengthUnit unit : {LengthUnit::m, LengthUnit::dm, LengthUnit::cm, LengthUnit::mm, LengthUnit::inch})
     for (const UpAxis up : {UpAxis::y, UpAxis::z, UpAxis::x}) {
       const MeshGuess guess{unit, up, unit == body.unit ? alike.unit_reason : "then it fits the body",
                             up == body.up ? alike.up_reason : "then it fits the body"};
-      if (sheet && up != body.up) continue;  // it fits around nothing
+      if (sheet && up != body.up) continue;                       // it fits around nothing
+      if (unit == LengthUnit::dm && unit != body.unit) continue;  // rare
       const bool inch = unit == LengthUnit::inch;
       const double off = misfit(upright_box(file_box, guess), around, sheet) + dwarfish(file_box, guess) +
                          (up == UpAxis::x ? 0.1 : 0) + (inch ? 0.1 : 0);

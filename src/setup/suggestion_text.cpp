@@ -105,7 +105,7 @@ std::string head(const Suggestion& s) {
                     "# What to expect: {:.3g} kg of water {}; the cloth darkens where it is wet, and drips.\n"
                     "# drench check prints the size of a run; half the spacing takes about 16 times as long.\n",
                     sides[0], sides[1], sides[2], g.mesh.points.size(), g.mesh.triangles.size(), g.edge, s.capacity,
-                    s.jet_mass, g.flat ? "falls on its middle" : "hits its front");
+                    s.jet_mass, g.flat ? "falls on its middle" : "hits it");
 }
 
 }  // namespace
