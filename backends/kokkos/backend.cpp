@@ -14,6 +14,7 @@
 #include "core/workspace.hpp"
 #include "coupling/advection.hpp"
 #include "coupling/body_response.hpp"
+#include "coupling/forcing.hpp"
 #include "fluid/lean_pressure.hpp"
 #include "fluid/stages.hpp"
 #include "pipeline/rank_memory.hpp"
@@ -22,7 +23,6 @@
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 #include "step/field_views.hpp"
-#include "step/forcing.hpp"
 #include "step/kept_state.hpp"
 #include "step/stages.hpp"
 

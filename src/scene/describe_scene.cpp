@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
-#include "base/eigen_vec.hpp"
 #include "scene/describe.hpp"
 #include "scene/load.hpp"
 #include "scene/nearest_word.hpp"
@@ -53,8 +53,9 @@ void check_baked(Section& s, const Scene& scene) {
 
 /// In a frame that rotates about another direction than gravity's, gravity would turn.
 void check_frame(Section& s, const Scene& scene) {
-  const Eigen::Vector3d axis = to_eigen(scene.rotating_frame.axis), g = to_eigen(scene.gravity);
-  s.check(axis.cross(g).norm() <= 1e-9 * axis.norm() * g.norm(), "rotating_frame.axis",
+  const Vec3 &a = scene.rotating_frame.axis, &g = scene.gravity;
+  const double across = std::hypot(a[1] * g[2] - a[2] * g[1], a[2] * g[0] - a[0] * g[2], a[0] * g[1] - a[1] * g[0]);
+  s.check(across <= 1e-9 * std::hypot(a[0], a[1], a[2]) * std::hypot(g[0], g[1], g[2]), "rotating_frame.axis",
           "is not parallel to gravity, which would turn in the frame; allowed: gravity along the axis, or none");
   for (std::size_t b = 0; b < scene.bodies.size(); ++b)
     s.check(!scene.bodies[b].dynamic, fmt::format("bodies.{}", b),

@@ -5,7 +5,7 @@
 
 #include "core/host_copy.hpp"
 #include "core/kernel.hpp"
-#include "step/forcing.hpp"
+#include "coupling/forcing.hpp"
 
 namespace drench::kokkos_backend {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "core/host_copy.hpp"
 #include "core/liquid_pairs.hpp"
-#include "step/forcing.hpp"
+#include "coupling/forcing.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
