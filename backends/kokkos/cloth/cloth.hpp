@@ -1,6 +1,8 @@
 #pragma once
 // The cloths: nodes, meshes, materials and samples. Arrays of a part that the scene lacks stay empty.
 
+#include <array>
+
 #include "bodies/bodies.hpp"
 #include "core/cell_table.hpp"
 #include "core/constants.hpp"
@@ -48,6 +50,8 @@ struct Nodes {
   Field<Index> pin_motion;                     // −1: none; empty unless pins move
   Field<Real3> rest_position;                  // m; empty unless pins move
   Field<Real> pin_stiffness;                   // N/m; empty without soft pins
+  static constexpr std::array<double, 2> not_placed{-1, 0};
+  std::array<double, 2> pins_placed = not_placed;  // time and length (s) of the step that Cloth::pin_steps is of
   // derived
   Field<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
   Field<Real3> force;        // f_n, N: what the stage that runs does to the node

@@ -89,6 +89,7 @@ PinStep step_of(const PinMotion& m, double from, double to) {
 }  // namespace
 
 void find_moving_pins(const Model& model, Nodes& nodes) {
+  nodes.pins_placed = Nodes::not_placed;
   nodes.pin_motion = Array<Index>();
   nodes.pin_stiffness = Array<Real>();
   if (!model.has_moving_pins()) return;
@@ -122,6 +123,8 @@ void shorten_stitches(Cloth& cloth, const StepInfo& info) {
 
 void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info) {
   if (!constants.model.has_moving_pins()) return;
+  if (cloth.nodes.pins_placed == std::array{info.time, info.dt}) return;
+  cloth.nodes.pins_placed = {info.time, info.dt};
   std::vector<PinStep> steps;
   for (const PinMotion& m : constants.model.pin_motions) {
     steps.push_back(m.body < 0 ? step_of(m, info.time, info.time + info.dt)

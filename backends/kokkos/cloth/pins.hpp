@@ -9,7 +9,7 @@ namespace drench::kokkos_backend {
 /// changed.
 void find_moving_pins(const Model& model, Nodes& nodes);
 
-/// cloth.pin_steps for this step. Does nothing if no pin moves.
+/// cloth.pin_steps for this step. Does nothing if no pin moves, or if an earlier stage of the step has placed them.
 void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info);
 
 /// The stitches' rest lengths in this step. They pull and never push: no length is above the one that its nodes start

@@ -234,7 +234,7 @@ MemoryEstimate squeezing_bytes(const Sizing& s) {
 void squeezing(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
                const SelfCollisionWork& collision, SqueezingWork& work, const StepInfo& info) {
   place_solids(constants, bodies, info);
-  if (constants.model.has_soft_pins()) place_pins(constants, cloth, info);
+  place_pins(constants, cloth, info);
   refresh_inverse_mass(constants, cloth);
   allocate(cloth, collision, work);
   const double heaviest = collision.heaviest_node > 0 ? collision.heaviest_node : 1;

@@ -118,7 +118,7 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   if (system.has_cloth()) {
     refresh_inverse_mass(constants, cloth);
     if (constants.model.has_moving_cloth()) {
-      if (constants.model.has_soft_pins()) place_pins(constants, cloth, info);
+      place_pins(constants, cloth, info);
       fluid.exchange.halo(system.kappa);
       load_cloth({lists.sheet_rows, fluid.exchange, system.kappa}, cloth);
       system.elastic = &elastic.emplace(constants, bodies, cloth, solver, Real(info.dt));
