@@ -107,7 +107,8 @@ void choose_jet(Suggestion& s, const BodyDistance& to_body = {}) {
     constexpr double farthest = 4;  // of the usual distance, where a body is in the way
     Vec3 target = middle;
     std::size_t axis = front;
-    const auto aim = [&](std::size_t along, double side) {  // is the nozzle free?
+    // Puts the nozzle on one side. False: the body is in its way at all distances.
+    const auto aim = [&](std::size_t along, double side) {
       axis = along;
       const double low = g.box.min[axis], high = g.box.max[axis];
       target = middle;

@@ -125,7 +125,7 @@ MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const Mesh
       const MeshGuess guess{unit, up, unit == body.unit ? alike.unit_reason : "then it fits the body",
                             up == body.up ? alike.up_reason : "then it fits the body"};
       if (sheet && up != body.up) continue;                       // it fits around nothing
-      if (unit == LengthUnit::dm && unit != body.unit) continue;  // rare
+      if (unit == LengthUnit::dm && unit != body.unit) continue;  // only figures come in decimetres
       const bool inch = unit == LengthUnit::inch;
       const double off = misfit(upright_box(file_box, guess), around, sheet) + dwarfish(file_box, guess) +
                          (up == UpAxis::x ? 0.1 : 0) + (inch ? 0.1 : 0);

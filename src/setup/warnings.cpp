@@ -362,7 +362,7 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
 }
 
 /// Air that takes nothing up.
-/// Free flight in a frame that turns far in a step goes astray (docs/theory/rotating_frame.md).
+/// Free flight is inaccurate in a frame that turns far in one step (docs/theory/rotating_frame.md).
 void warn_of_fast_frames(const Model& m, Lines& lines) {
   constexpr double largest = 0.05;  // rad per step
   const RotatingFrameScene& frame = m.scene.rotating_frame;
@@ -370,7 +370,7 @@ void warn_of_fast_frames(const Model& m, Lines& lines) {
   const double rate = frame.degrees_per_second.largest() * std::numbers::pi / 180;
   if (rate * m.scene.time.step > largest)
     lines.push_back(fmt::format(
-        "rotating_frame: a step of {:g} s turns it by up to {:.2g} rad, with which what flies freely goes astray; set "
+        "rotating_frame: a step of {:g} s turns it by up to {:.2g} rad, which makes free flight inaccurate; set "
         "time.step to at most {:.2g} s",
         m.scene.time.step, rate * m.scene.time.step, largest / rate));
 }

@@ -199,7 +199,7 @@ std::optional<Fitting> fit_to(const Garment& garment, const SurfaceMesh& file, c
     Garment turned = measure_garment(file, label, guess, true);
     if (turned.flat) continue;
     Fitting other = fitting(std::move(turned));
-    // Turned as well as moved it has to fit well: a tube fits over many a corner.
+    // A garment that is both turned and moved has to fit well: a tube can be put over any corner of a body.
     if (other.moved && other.moved->inside > few_inside) other.moved.reset();
     if (!other.around && !other.moved) continue;
     if (misfit(other) < std::min(misfit(best), much_less * misfit(suggested))) best = std::move(other);

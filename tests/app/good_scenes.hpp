@@ -100,7 +100,8 @@ cloth:
     warp: [0, 0.5, 1]
     pin:
       - {nodes: [0, 1], velocity: [0.1, 0, 0.2], start: 0.5, end: 2.5}
-      - {nodes: [3], stiffness: 500, release: 3, velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step},
+      - {nodes: [3], stiffness: 500, release: 3,
+            velocity: {keys: [[0, [0, 0, 0]], [1, [0, 1, 0]]], interpolation: step},
             offset: {keys: [[0, [0, 0, 0]], [2, [0.1, 0.2, 0.3]]], interpolation: smooth}}
       - {box: {min: [0, -1, 0], max: [1, 1, 1]}, spin: {axis: [0, 0, 1], degrees_per_second: 90, center: [0, 1, 0]}}
   - name: second
