@@ -115,25 +115,28 @@ class Adjacency {
 /// The nearest triangle that triangle t faces within `range` (m): front to front, or back to back where parts overlap.
 /// `tree`: of all triangles.
 std::optional<std::size_t> faced_by(const Surface& surface, const TriangleTree& tree,
-                                    const std::vector<std::uint8_t>& hidden, std::size_t t, double range,
-                                    TriangleTree::Candidates& room) {
+                                    const std::vector<std::uint8_t>& hidden, std::size_t t, double range) {
   constexpr double opposed = 0.2, touching = 1e-3;  // cosine; of the range
   const Vector3d &middle = surface.middle[t], &normal = surface.normal[t];
-  tree.find_candidates(Eigen::AlignedBox3d(middle, middle), range, room);
-  std::optional<std::size_t> found;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Index k : room.triangle) {
-    const std::size_t u = at(tree.number_of(k));
-    if (!(normal.dot(surface.normal[u]) < opposed)) continue;
-    const Vector3d apart = surface.middle[u] - middle;
+  const auto is_faced = [&](std::size_t u, const Vector3d& apart) {
+    if (!(normal.dot(surface.normal[u]) < opposed)) return false;
     const bool ahead = apart.dot(normal) > 0, overlap = hidden[t] != 0 || hidden[u] != 0;
-    if (ahead == overlap || ahead != (apart.dot(surface.normal[u]) < 0)) continue;  // such as two sides of a thin wall
-    if (overlap && !(-apart.dot(normal) > touching * range)) continue;              // faces that touch
-    const double distance = apart.norm();
-    if (distance > nearest || (distance == nearest && found && u > *found)) continue;
-    nearest = distance;
-    found = u;
-  }
+    // Not two sides of a thin wall, and not faces that touch.
+    if (ahead == overlap || ahead != (apart.dot(surface.normal[u]) < 0)) return false;
+    return !overlap || -apart.dot(normal) > touching * range;
+  };
+  std::optional<std::size_t> found;
+  double nearest = std::numeric_limits<double>::infinity();  // the square, m²
+  tree.visit_near(middle, range * range, [&](Index k) {
+    const std::size_t u = at(tree.number_of(k));
+    const Vector3d apart = surface.middle[u] - middle;
+    const double square = apart.squaredNorm();
+    if ((square < nearest || (square == nearest && u < *found)) && is_faced(u, apart)) {
+      nearest = square;
+      found = u;
+    }
+    return std::min(range * range, nearest);
+  });
   return found;
 }
 
@@ -143,10 +146,8 @@ std::vector<Part> facing_triangles(const Surface& surface, const Adjacency& adja
   const std::size_t count = surface.count();
   const TriangleTree tree(surface.body.mesh_points, surface.body.mesh_triangles);
   std::vector<std::optional<std::size_t>> faced(count);
-  for_parts(count, threads, [&](std::size_t begin, std::size_t end) {
-    TriangleTree::Candidates room;
-    for (std::size_t t = begin; t < end; ++t)
-      if (surface.may_face(t, range)) faced[t] = faced_by(surface, tree, hidden, t, range, room);
+  for_ranges(count, threads, [&](std::size_t t) {
+    if (surface.may_face(t, range)) faced[t] = faced_by(surface, tree, hidden, t, range);
   });
   std::vector<Part> part(count, Part::none);
   std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;

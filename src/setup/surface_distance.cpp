@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr float smaller = 1 - 0x1p-18F;  // than rounding can make the square of a distance to a box
 constexpr float larger = 1 + 0x1p-17F;
 
 /// The square of the distance from a + p to the triangle a, a + ab, a + ac (Ericson 2005, section 5.1.5); a triangle
@@ -119,40 +118,13 @@ double TriangleTree::to_triangle(const Vector3d& x, Index t) const {
 }
 
 double TriangleTree::squared_distance(const Vector3d& x, Index& near, double bound) const {
-  struct Entry {
-    Index node;
-    float square;  // to its box, at most
-  };
-  std::array<Entry, 64> open;  // three more a level, and each level has a quarter of the triangles: 2³² of them at 16
-  std::size_t count = 0;
   double best = to_triangle(x, near);
-  const Vector3d from_center = x - center_;
-  const std::array<float, 3> place{static_cast<float>(from_center[0]), static_cast<float>(from_center[1]),
-                                   static_cast<float>(from_center[2])};
-  open[count++] = {0, 0};
-  while (count > 0) {
-    const Entry entry = open[--count];
-    if (entry.square > std::min(best, bound)) continue;
-    if (entry.node < 0) {
-      const double square = to_triangle(x, -1 - entry.node);
-      if (square < best) near = -1 - entry.node;
-      best = std::min(best, square);
-      continue;
-    }
-    const Node& node = nodes_[at(entry.node)];
-    Eigen::Array<float, width, 1> square = Eigen::Array<float, width, 1>::Zero();
-    for (std::size_t a = 0; a < 3; ++a)
-      square += (node.min[a] - place[a]).max(place[a] - node.max[a]).max(0.0F).square();
-    // The nearest one last: it is the next.
-    const std::size_t first = count;
-    for (int c = 0; c < width; ++c) {
-      const Entry child{node.child[static_cast<std::size_t>(c)], square[c] * smaller};
-      if (child.square > std::min(best, bound)) continue;
-      std::size_t k = count++;
-      for (; k > first && open[k - 1].square < child.square; --k) open[k] = open[k - 1];
-      open[k] = child;
-    }
-  }
+  visit_near(x, std::min(best, bound), [&](Index t) {
+    const double square = to_triangle(x, t);
+    if (square < best) near = t;
+    best = std::min(best, square);
+    return std::min(best, bound);
+  });
   return best;
 }
 

@@ -20,7 +20,11 @@ class TriangleTree {
   /// Where the square is larger than `bound`, any value above that, and any triangle as `near`.
   double squared_distance(const Eigen::Vector3d& x, Index& near,
                           double bound = std::numeric_limits<double>::infinity()) const;
-  /// Which of the triangles that the tree was made of `near` is.
+  /// Calls visit(t) for triangles whose boxes are no farther from x than a bound, about the nearest first. visit
+  /// returns the bound from then on. All bounds are squares, m².
+  template <class Visit>
+  void visit_near(const Eigen::Vector3d& x, double bound, const Visit& visit) const;
+  /// Which of the triangles that the tree was made of `near` or `t` is.
   Index number_of(Index near) const { return number_[static_cast<std::size_t>(near)]; }
 
   /// Triangles that may be the nearest of a point in a small box, for many such points.
@@ -57,6 +61,42 @@ class TriangleTree {
   Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
   float rounding_ = 0;  // m: of a place
 };
+
+template <class Visit>
+void TriangleTree::visit_near(const Eigen::Vector3d& x, double bound, const Visit& visit) const {
+  constexpr float smaller = 1 - 0x1p-18F;  // than rounding can make the square of a distance to a box
+  struct Entry {
+    Index node;    // −1 − triangle where negative
+    float square;  // to its box, at most
+  };
+  std::array<Entry, 64> open;  // three more a level, and each level has a quarter of the triangles: 2³² of them at 16
+  std::size_t count = 0;
+  const Eigen::Vector3f place = (x - center_).cast<float>();
+  open[count++] = {0, 0};
+  while (count > 0) {
+    const Entry entry = open[--count];
+    if (entry.square > bound) continue;
+    if (entry.node < 0) {
+      bound = visit(-1 - entry.node);
+      continue;
+    }
+    const Node& node = nodes_[static_cast<std::size_t>(entry.node)];
+    Eigen::Array<float, width, 1> square = Eigen::Array<float, width, 1>::Zero();
+    for (std::size_t a = 0; a < 3; ++a) {
+      const float along = place[static_cast<int>(a)];
+      square += (node.min[a] - along).max(along - node.max[a]).max(0.0F).square();
+    }
+    // The nearest one last: it is the next.
+    const std::size_t first = count;
+    for (int c = 0; c < width; ++c) {
+      const Entry child{node.child[static_cast<std::size_t>(c)], square[c] * smaller};
+      if (child.square > bound) continue;
+      std::size_t k = count++;
+      for (; k > first && open[k - 1].square < child.square; --k) open[k] = open[k - 1];
+      open[k] = child;
+    }
+  }
+}
 
 /// The winding number of a closed mesh: along a line each triangle that it goes through changes it by 1. Triangles that
 /// have an edge or a point in common see a line through that alike, as if it were moved a little, always the same way.
