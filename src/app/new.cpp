@@ -31,8 +31,8 @@ constexpr int tried_steps = 10;
 
 /// A step that fails counts as one that does not converge.
 /// Ends with the first step that does not converge or fails: such a step takes the longest.
-bool first_steps_converge(const Scene& scene) {
-  const Setup setup = build(scene, memory_budget());
+bool first_steps_converge(const Scene& scene, FilledBodies& filled) {
+  const Setup setup = build(scene, memory_budget(), &filled);
   const std::unique_ptr<Backend> backend = make_kokkos_backend_on(nullptr, setup.model);
   Pipeline pipeline(setup.model, *backend, setup.state);
   try {
@@ -101,11 +101,11 @@ int new_command(const NewOptions& options) {
   try {
     require_device();
     runtime.emplace(options.threads, true);
-    trial = [trials = 0](const Scene& scene) mutable {
+    trial = [trials = 0](const Scene& scene, FilledBodies& filled) mutable {
       if (++trials > 1)
         fmt::print(stderr, "trying the first steps with a time.step of {:g} s and bend {:g} N m\n", scene.time.step,
                    scene.cloths.front().material.bend);
-      return first_steps_converge(scene);
+      return first_steps_converge(scene, filled);
     };
   } catch (const DeviceError&) {
   }

@@ -78,15 +78,35 @@ void lay_body_fields(Model& m, const Box& wetted, std::vector<std::string>& warn
   }
 }
 
-void fill_body_fields(Model& m) {
+bool FilledBodies::fill(Body& body, double thickness) const {
+  const DistanceField& lattice = body.field;
+  for (const Filled& f : filled_) {
+    if (f.thickness != thickness || f.field.origin != lattice.origin || f.field.spacing != lattice.spacing ||
+        f.field.points != lattice.points || f.points != body.mesh_points || f.triangles != body.mesh_triangles)
+      continue;
+    body.field = f.field;
+    body.parts = f.parts;
+    return true;
+  }
+  return false;
+}
+
+void FilledBodies::keep(const Body& body, double thickness) {
+  constexpr std::size_t most = 2;  // some 100 MB each
+  if (filled_.size() == most) filled_.erase(filled_.begin());
+  filled_.push_back({thickness, body.mesh_points, body.mesh_triangles, body.field, body.parts});
+}
+
+void fill_body_fields(Model& m, FilledBodies* filled) {
   double thickness = 0;  // m: of the thickest cloth that moves
   m.for_materials([&](const ClothMaterial& c) {
     if (c.dynamics) thickness = std::max(thickness, c.thickness);
   });
   for (Body& body : m.bodies) {
-    if (!(body.field.spacing > 0)) continue;
+    if (!(body.field.spacing > 0) || (filled != nullptr && filled->fill(body, thickness))) continue;
     fill_field(body, body.field, host_threads());
     if (m.has_moving_cloth() && !body.deforms()) find_facing_parts(body, thickness, host_threads());
+    if (filled != nullptr) filled->keep(body, thickness);
   }
 }
 

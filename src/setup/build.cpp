@@ -369,7 +369,7 @@ void make_bodies(Setup& setup, SetupLines& lines) {
 }
 
 /// Everything after the meshes.
-void fill(Setup& setup, SetupLines& lines, const MemoryBudget& budget) {
+void fill(Setup& setup, SetupLines& lines, const MemoryBudget& budget, FilledBodies* filled) {
   Model& m = setup.model;
   lay_body_fields(m, wetted_region(m), setup.warnings);
   refuse_cloth_on_thin_walls(m);
@@ -381,7 +381,7 @@ void fill(Setup& setup, SetupLines& lines, const MemoryBudget& budget) {
     lines.hints.push_back(hint);
   }
   refuse_too_large(expected_size(m, files), budget);
-  fill_body_fields(m);
+  fill_body_fields(m, filled);
   if (m.has_fluid() || m.has_porous()) build_samples(m);
   if (m.has_fluid() && !m.scene.through_cloth) find_boundary_edges(m);
   if (m.has_diffusion()) build_fabric_pairs(m);
@@ -405,7 +405,7 @@ void fill(Setup& setup, SetupLines& lines, const MemoryBudget& budget) {
 
 }  // namespace
 
-Setup build(const Scene& scene, const MemoryBudget& budget) {
+Setup build(const Scene& scene, const MemoryBudget& budget, FilledBodies* filled) {
   Setup setup;
   setup.model.scene = scene;
   refuse_too_large(grid_size(scene), budget);
@@ -418,7 +418,7 @@ Setup build(const Scene& scene, const MemoryBudget& budget) {
   make_bodies(setup, lines);
   setup.warnings.insert(setup.warnings.end(), lines.hints.begin(), lines.hints.end());
   try {
-    fill(setup, lines, budget);
+    fill(setup, lines, budget, filled);
   } catch (const SetupError& e) {
     if (lines.hints.empty()) throw;
     // A mesh in another unit is the likely cause.

@@ -12,6 +12,8 @@
 
 namespace drench {
 
+class FilledBodies;  // setup/body_fields.hpp
+
 struct Setup {
   Model model;
   HostState state;
@@ -21,8 +23,9 @@ struct Setup {
 };
 
 /// Reads mesh files, places and samples cloths, bodies and liquid. The same scene gives the same set-up, bit for bit.
-/// Throws SetupError when the scene cannot be set up, or would not fit into the memory that there is.
-Setup build(const Scene& scene, const MemoryBudget& budget = {});
+/// Throws SetupError when the scene cannot be set up, or would not fit into the memory that there is. `filled`: the
+/// distances of bodies from earlier set-ups of similar scenes, to which this one's are added.
+Setup build(const Scene& scene, const MemoryBudget& budget = {}, FilledBodies* filled = nullptr);
 
 /// The stages that a model asks for, and the size of its distance fields; all other counts stay 0.
 SetupSize kinds_of(const Model& model);

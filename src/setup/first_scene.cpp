@@ -12,6 +12,7 @@
 #include "base/eigen_vec.hpp"
 #include "scene/load.hpp"
 #include "scene/sequence_names.hpp"
+#include "setup/body_fields.hpp"
 #include "setup/build.hpp"
 #include "setup/cloth_mesh.hpp"
 #include "setup/distance_field.hpp"
@@ -151,14 +152,19 @@ void choose_domain(Suggestion& s) {
 /// The path that a scene in the working folder would have: meshes are looked for beside it.
 constexpr const char* scene_path = "scene.yaml";
 
+/// A scene as text, set up without regard to memory.
+Setup build_text(const std::string& yaml, FilledBodies& filled) {
+  return build(parse_scene(yaml, scene_path), {}, &filled);
+}
+
 /// Sets the scene up. Without self-collision where the mesh passes through itself, which it must not at the start.
-Setup set_up(Suggestion& s, std::vector<std::string>& warnings) {
+Setup set_up(Suggestion& s, std::vector<std::string>& warnings, FilledBodies& filled) {
   try {
-    return build(parse_scene(text_of(s, false), scene_path));
+    return build_text(text_of(s, false), filled);
   } catch (const SetupError& error) {
     if (!s.self_collision) throw;
     s.self_collision = false;
-    Setup setup = build(parse_scene(text_of(s, false), scene_path));
+    Setup setup = build_text(text_of(s, false), filled);
     warnings.push_back(fmt::format("self_collision is off: {}", error.what()));
     return setup;
   }
@@ -166,10 +172,10 @@ Setup set_up(Suggestion& s, std::vector<std::string>& warnings) {
 
 /// The longest step, and the limper fabric where that is not enough, that the cloth's solver and its diffusion take
 /// well. A mesh with slivers has none; then the set-up's own warning says so.
-void choose_step(Suggestion& s, std::vector<std::string>& warnings) {
+void choose_step(Suggestion& s, std::vector<std::string>& warnings, FilledBodies& filled) {
   for (const double bend : bends) {
     s.bend = bend;
-    const Setup setup = set_up(s, warnings);
+    const Setup setup = set_up(s, warnings, filled);
     const Model& m = setup.model;
     for (const double step : longest_steps) {
       s.step = step;
@@ -191,12 +197,12 @@ bool slow_down_release(Suggestion& s, const Setup& setup) {
 }
 
 /// The first steps for real; where one does not converge, half the step, and a limper fabric where that is too short.
-void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& warnings) {
+void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& warnings, FilledBodies& filled) {
   const double step = s.step, bend = s.bend;
   const auto converges = [&](double with_step, double with_bend) {
     s.step = with_step;
     s.bend = with_bend;
-    return trial(parse_scene(text_of(s), scene_path));
+    return trial(parse_scene(text_of(s), scene_path), filled);
   };
   if (converges(step, bend)) return;
   // Where even the extremes fail, nothing between them is tried: a trial that fails takes the longest.
@@ -250,11 +256,11 @@ std::string measure(Suggestion& s, FirstScene& result) {
 }
 
 /// The scene of the suggestion with the first of the body's files at rest.
-Setup beside_body_at_rest(const Suggestion& s, const std::string& body_file) {
+Setup beside_body_at_rest(const Suggestion& s, const std::string& body_file, FilledBodies& filled) {
   Suggestion still = s;
   still.body = body_file;
   still.animated = still.pinned = still.self_collision = false;
-  return build(parse_scene(text_of(still), scene_path));
+  return build_text(text_of(still), filled);
 }
 
 /// Turns and moves a garment to where the body wears it. Has it changed anything?
@@ -286,9 +292,10 @@ bool put_on(Suggestion& s, const Body& body) {
 
 /// Puts the garment on the body and the nozzle where the body is not, and decides by what holds the garment. An
 /// animated body counts as its first file.
-void place_with_body(Suggestion& s, const std::string& body_file, std::vector<std::string>& warnings) {
-  Setup setup = beside_body_at_rest(s, body_file);
-  if (put_on(s, setup.model.bodies.front())) setup = beside_body_at_rest(s, body_file);
+void place_with_body(Suggestion& s, const std::string& body_file, std::vector<std::string>& warnings,
+                     FilledBodies& filled) {
+  Setup setup = beside_body_at_rest(s, body_file, filled);
+  if (put_on(s, setup.model.bodies.front())) setup = beside_body_at_rest(s, body_file, filled);
   const Body& body = setup.model.bodies.front();
   if (!body.field.empty()) {
     choose_jet(s, exact_distance(body));
@@ -316,6 +323,7 @@ void place_with_body(Suggestion& s, const std::string& body_file, std::vector<st
 FirstScene first_scene(const std::string& mesh, const std::string& body, const TrySteps& trial, MeshPaths paths,
                        double body_rate) {
   FirstScene result;
+  FilledBodies filled;
   Suggestion s;
   s.body_rate = body_rate;
   s.paths = paths;
@@ -326,18 +334,18 @@ FirstScene first_scene(const std::string& mesh, const std::string& body, const T
   choose_jet(s);
   choose_domain(s);
   if (!body.empty()) {
-    place_with_body(s, body_file, result.warnings);
+    place_with_body(s, body_file, result.warnings, filled);
     choose_domain(s);
   }
-  choose_step(s, result.warnings);
+  choose_step(s, result.warnings, filled);
   if (s.bend < bends[0])
     result.warnings.push_back(
         fmt::format("{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, because the "
                     "solve for a stiffer fabric may not converge; a mesh with more regular triangles allows more",
                     mesh, s.garment.least_height, s.garment.edge, s.bend));
-  if (trial) try_steps(s, trial, result.warnings);
-  Setup setup = build(parse_scene(text_of(s), scene_path));
-  if (slow_down_release(s, setup)) setup = build(parse_scene(text_of(s), scene_path));
+  if (trial) try_steps(s, trial, result.warnings, filled);
+  Setup setup = build_text(text_of(s), filled);
+  if (slow_down_release(s, setup)) setup = build_text(text_of(s), filled);
   s.found.insert(s.found.end(), setup.notes.begin(), setup.notes.end());
   s.found.insert(s.found.end(), setup.warnings.begin(), setup.warnings.end());
   result.yaml = text_of(s);

@@ -9,13 +9,15 @@
 
 namespace drench {
 
+class FilledBodies;  // setup/body_fields.hpp
+
 struct FirstScene {
   std::string yaml;                   // with comments; loads and can be set up
   std::vector<std::string> warnings;  // one line each: about the mesh, its unit, and those of the set-up
 };
 
-/// Runs a scene's first steps in memory: do they all converge?
-using TrySteps = std::function<bool(const Scene&)>;
+/// Runs a scene's first steps in memory: do they all converge? The last argument is for `build`.
+using TrySteps = std::function<bool(const Scene&, FilledBodies&)>;
 
 /// How the scene names mesh files.
 enum class MeshPaths { as_given, absolute };

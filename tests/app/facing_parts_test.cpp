@@ -10,6 +10,7 @@
 #include "ball_mesh.hpp"
 #include "base/eigen_vec.hpp"
 #include "mesh_folder.hpp"
+#include "setup/body_fields.hpp"
 #include "setup/distance_field.hpp"
 #include "two_legs.hpp"
 
@@ -133,6 +134,25 @@ TEST_F(FacingParts, AreTheSameWithAnyNumberOfThreads) {
     find_facing_parts(again, thickness, threads);
     for (const std::size_t k : {0, 1}) EXPECT_EQ(again.parts[k].value, body.parts[k].value);
   }
+}
+
+TEST_F(FacingParts, AndDistancesAreTakenFromAnEarlierSetUpWithTheSameMeshAndLattice) {
+  const Body body = body_beside_cloth(test::two_legs(0.003));
+  FilledBodies filled;
+  Body marked = body;
+  marked.field.value[0] = 7;
+  marked.parts[1].value[0] = 8;
+  filled.keep(marked, thickness);
+  Body same = body, thicker = body, moved = body, bent = body;
+  moved.field.origin[0] += 1e-9;
+  bent.mesh_points[0][1] += 1e-9;
+  ASSERT_TRUE(filled.fill(same, thickness));
+  EXPECT_EQ(same.field.value, marked.field.value);
+  EXPECT_EQ(same.parts[1].value, marked.parts[1].value);
+  EXPECT_FALSE(filled.fill(thicker, 2 * thickness));
+  EXPECT_FALSE(filled.fill(moved, thickness));
+  EXPECT_FALSE(filled.fill(bent, thickness));
+  EXPECT_EQ(thicker.field.value, body.field.value);
 }
 
 }  // namespace drench::testing
