@@ -43,11 +43,11 @@ std::string coordinates(const MeshGuess& guess) {
   return keys;
 }
 
-/// "; unit: it is 90 units long; up: …"
+/// "; unit cm: it is 90 units long; up z: …"
 std::string reasons(const MeshGuess& guess) {
   std::string text;
-  if (!guess.unit_reason.empty()) text += "; unit: " + guess.unit_reason;
-  if (!guess.up_reason.empty()) text += "; up: " + guess.up_reason;
+  if (!guess.unit_reason.empty()) text += fmt::format("; unit {}: {}", name_of(guess.unit), guess.unit_reason);
+  if (!guess.up_reason.empty()) text += fmt::format("; up {}: {}", name_of(guess.up), guess.up_reason);
   return text;
 }
 
