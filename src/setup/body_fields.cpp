@@ -103,10 +103,12 @@ void fill_body_fields(Model& m, FilledBodies* filled) {
     if (c.dynamics) thickness = std::max(thickness, c.thickness);
   });
   for (Body& body : m.bodies) {
-    if (!(body.field.spacing > 0) || (filled != nullptr && filled->fill(body, thickness))) continue;
+    if (!(body.field.spacing > 0)) continue;
+    FilledBodies* const known = body.deforms() ? nullptr : filled;
+    if (known != nullptr && known->fill(body, thickness)) continue;
     fill_field(body, body.field, host_threads());
     if (m.has_moving_cloth() && !body.deforms()) find_facing_parts(body, thickness, host_threads());
-    if (filled != nullptr) filled->keep(body, thickness);
+    if (known != nullptr) known->keep(body, thickness);
   }
 }
 

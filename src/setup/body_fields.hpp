@@ -13,7 +13,7 @@ namespace drench {
 /// liquid can be, m. Without the values.
 void lay_body_fields(Model& model, const Box& wetted, std::vector<std::string>& warnings);
 
-/// Distances that earlier set-ups have computed, for a caller that sets up several variants of a scene.
+/// Distances of rigid bodies that earlier set-ups have computed, for a caller that sets up several variants of a scene.
 class FilledBodies {
  public:
   /// Fills the lattice of a body as an earlier set-up did that of the same mesh. False: none had the same lattice.
