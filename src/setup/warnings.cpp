@@ -361,7 +361,6 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
                     passes));
 }
 
-/// Air that takes nothing up.
 /// Free flight is inaccurate in a frame that turns far in one step (docs/theory/rotating_frame.md).
 void warn_of_fast_frames(const Model& m, Lines& lines) {
   constexpr double largest = 0.05;  // rad per step
@@ -375,6 +374,7 @@ void warn_of_fast_frames(const Model& m, Lines& lines) {
         m.scene.time.step, rate * m.scene.time.step, largest / rate));
 }
 
+/// Air that takes nothing up.
 void warn_of_idle_air(const Model& m, Lines& lines) {
   if (m.scene.air.cooling && !m.has_porous())
     lines.emplace_back("air.cooling has no effect: no cloth is porous, and liquid keeps the temperature of the air");
