@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -57,7 +56,6 @@ nb::dict info() {
 void start_runtime(int threads) {
   require_runtime();
   if (runtime != nullptr) return;
-  setenv("OMP_PROC_BIND", "false", 0);  // Kokkos asks for binding, which harms where cores are shared
   runtime = new BackendRuntime(threads, true);
   owner = getpid();
 }

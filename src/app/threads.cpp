@@ -26,8 +26,6 @@ bool can_start_anew() { return getauxval(AT_BASE) != 0; }
 }  // namespace
 
 void settle_threads(char** argv, int asked) {
-  // The warning of Kokkos asks for binding, which helps no run of ours and harms where cores are shared.
-  setenv("OMP_PROC_BIND", "false", 0);
   if (std::getenv("OMP_WAIT_POLICY") != nullptr || std::getenv("GOMP_SPINCOUNT") != nullptr || !can_start_anew())
     return;
   const int cores = std::min(allowed_cores(), most_threads);

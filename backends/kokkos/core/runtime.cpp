@@ -168,6 +168,8 @@ BackendRuntime::BackendRuntime(int threads, bool quiet) {
     if (started_ranks() > 1 && cudaGetDevice(&device) == cudaSuccess) settings.set_device_id(device);
 #endif
     settings.set_disable_warnings(quiet || started_ranks() > 1);  // else each rank gives advice on binding
+    // Otherwise Kokkos asks the user to bind threads to cores, which helps no run and harms where cores are shared.
+    setenv("OMP_PROC_BIND", "false", 0);
     Kokkos::initialize(settings);
   }
   count_allocations();
