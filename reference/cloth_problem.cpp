@@ -66,7 +66,9 @@ SqueezingPair squeezing_pair(const std::vector<PlacedBody>& bodies, const std::v
       if (!gap) continue;
       const double fibres = m.rigid_share;                                     // of τ: no pressure takes more
       const double width = std::max(fibres + 0.01, *gap / (2 * m.thickness));  // over the free one
-      pair.squeeze += half * (1 - width) / (width - fibres);
+      const auto own = [&](const NearBody& near) { return near.plane ? near.kept : m.thickness; };
+      const double unsqueezed = (own(one.near) + own(other.near)) / (2 * m.thickness);  // over the free one as well
+      pair.squeeze += half * std::max(0.0, unsqueezed - width) / (width - fibres);
       if (!(*gap < narrowest)) continue;
       narrowest = *gap;
       pair.exists = true;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common.hpp"
+#include "mixed_slopes.hpp"
 #include "setup/body_geometry.hpp"
 
 namespace drench::reference {
@@ -39,8 +40,8 @@ std::vector<double> turning_points(const MovingTriangle& t, const Vector3d& x0, 
   return quadratic_roots(c1, 2 * c2, 3 * c3);
 }
 
-/// Trilinear in the lattice's values; none beyond the lattice, without one or where it has far values.
-/// `slope`: how fast it grows along the normal.
+/// Trilinear in the lattice's values, with mixed_slopes; none beyond the lattice, without one or where it has far
+/// values. `slope`: how fast it grows along the normal.
 std::optional<double> field_distance(const DistanceField& field, const Vector3d& x, Vector3d& normal, double& slope) {
   normal = Vector3d::Zero();
   slope = 1;
@@ -52,8 +53,7 @@ std::optional<double> field_distance(const DistanceField& field, const Vector3d&
     cell[a] = std::min(static_cast<Index>(std::floor(at[a])), field.points[a] - 2);
   }
   const auto value = [&](Index i, Index j, Index k) {
-    const auto row = static_cast<std::size_t>(cell[2] + k) * field.points[1] + cell[1] + j;
-    return field.value[row * field.points[0] + cell[0] + i];
+    return field.value[field.index(cell[0] + i, cell[1] + j, cell[2] + k)];
   };
   for (int k = 0; k < 8; ++k)
     if (value(k & 1, k >> 1 & 1, k >> 2) == DistanceField::nowhere) return std::nullopt;
@@ -68,8 +68,10 @@ std::optional<double> field_distance(const DistanceField& field, const Vector3d&
     }
   }
   const double low = mix(row[0][0], row[0][1], v), high = mix(row[1][0], row[1][1], v);
-  const Vector3d gradient(mix(mix(step[0][0], step[0][1], v), mix(step[1][0], step[1][1], v), w),
-                          mix(row[0][1] - row[0][0], row[1][1] - row[1][0], w), high - low);
+  const Vector3d own(mix(mix(step[0][0], step[0][1], v), mix(step[1][0], step[1][1], v), w),
+                     mix(row[0][1] - row[0][0], row[1][1] - row[1][0], w), high - low);
+  const Vector3d gradient = mixed_slopes(own, cell, {u, v, w}, field,
+                                         [&](Index i, Index j, Index k) { return field.value[field.index(i, j, k)]; });
   if (gradient.norm() > 0) slope = std::max(0.5, gradient.norm() / field.spacing);
   normal = gradient.norm() > 0 ? Vector3d(gradient.normalized()) : Vector3d::UnitY();
   return mix(low, high, w);

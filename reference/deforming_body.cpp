@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "mixed_slopes.hpp"
 #include "neighbor_search.hpp"
 #include "state/deforming_body.hpp"
 
@@ -130,6 +131,9 @@ std::optional<double> DeformedSurface::distance(const Vector3d& x, Vector3d& nor
     value += corner * w.prod();
     for (int a = 0; a < 3; ++a) gradient[a] += corner * sign[a] * w[(a + 1) % 3] * w[(a + 2) % 3];
   }
+  const Vector3d in_cell = place - Vector3d(cell[0], cell[1], cell[2]);
+  gradient = mixed_slopes(gradient, cell, in_cell, body_.field,
+                          [&](Index i, Index j, Index k) { return at(i, j, k).distance; });
   normal = gradient.norm() > 0 ? Vector3d(gradient.normalized()) : Vector3d::UnitY();
   if (gradient.norm() > 0) slope = std::max(0.5, gradient.norm() / spacing_);
   return value;

@@ -94,6 +94,26 @@ TEST(squeezing, between_plates_follows_the_fabrics_compression) {
   });
 }
 
+/// Where the sheet begins the step inside one of the plates the force grows from where both hold it (Eq. 26a).
+TEST(squeezing, inside_a_plate_counts_from_where_both_hold) {
+  struct Case {
+    double depth, comes_out;  // of the thickness; in the step
+  };
+  const double room = 0.42, dt = 0.05;
+  for (const Case& c : {Case{0.1, 0.3}, Case{0.15, 0.1}, Case{0.15, 0.02}}) {
+    drench::Setup setup = setup_from(between_plates(room * 2 * thickness));
+    setup.model.cloths[0].release = c.comes_out * thickness / dt;
+    for (Vec3& x : setup.state.node_position) x[1] = -(room + c.depth) * thickness;
+    const double begins = (1 + c.comes_out - c.depth) / 2;
+    const double expected = compression * (begins - room) / (room - (1 - compressibility));
+    const std::vector<Stage> often(40, Stage::squeezing);
+    run_on_both(setup.model, setup.state, often, {0, 0, dt, 0}, [&](Backend& backend, const StepReport&) {
+      for (const double p : backend.download().node_contact_pressure)
+        EXPECT_NEAR(p, expected, 2e-3 * compression) << c.depth << ' ' << c.comes_out;
+    });
+  }
+}
+
 TEST(squeezing, of_crumpled_layers_agrees_with_the_reference) {
   drench::Setup setup = setup_from(stack(3));
   HostState& s = setup.state;

@@ -38,8 +38,41 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> box_distance(const Vector3<T>& lo, const
   return {distance, {normal[0], normal[1], normal[2]}};
 }
 
+/// Slopes of distances are mixed in this part of a cell of the lattice from its faces, ...
+template <class T>
+constexpr T mixed_part = T(0.1);
+/// ... where they differ by at most this, 1.
+template <class T>
+constexpr T most_mixed = T(0.08);
+
 constexpr Real far_away = Real(1e30);                   // m
 constexpr Real no_part = Real(DistanceField::nowhere);  // m, beyond far_away: a part of a mesh is not there
+
+/// The slopes of a trilinear distance (m per cell) at `w` of the cell that begins at `corner`. Along an axis they jump
+/// from cell to cell; near the face between two cells the one across it is mixed from both (docs/theory/cloth.md,
+/// Eq. 26e) unless they differ by more than `most_mixed`. `own`: the slopes in the cell; first and last: a bit of each
+/// axis, is the cell at the end of the lattice?
+template <class T>
+KOKKOS_FUNCTION DRENCH_SELDOM Vector3<T> mixed_slopes(const Real* corner, Index row, Index layer, Vector3<T> w,
+                                                      Vector3<T> own, T most_mixed, unsigned first, unsigned last) {
+  const T place[3] = {w.x, w.y, w.z};
+  T slope[3] = {own.x, own.y, own.z};
+  const Index steps[3] = {1, row, layer};
+  for (int a = 0; a < 3; ++a) {
+    const T from_face = smaller(place[a], 1 - place[a]);
+    const bool before = place[a] < mixed_part<T>;
+    if (!(from_face < mixed_part<T>) || ((before ? first : last) >> a & 1)) continue;
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    const Real* const other = before ? corner - steps[a] : corner + steps[a];
+    const auto change = [&](Index at) { return T(read_only(other + at + steps[a])) - T(read_only(other + at)); };
+    const T low = change(0) + place[b] * (change(steps[b]) - change(0)),
+            high = change(steps[c]) + place[b] * (change(steps[b] + steps[c]) - change(steps[c]));
+    const T beyond = low + place[c] * (high - low);
+    if (Kokkos::abs(beyond - slope[a]) <= most_mixed)
+      slope[a] += T(0.5) * (1 - from_face / mixed_part<T>)*(beyond - slope[a]);
+  }
+  return {slope[0], slope[1], slope[2]};
+}
 
 /// Distance to a closed mesh from its field (trilinear), `x` relative to the centre in the body's own axes. Beyond the
 /// lattice: far away.
@@ -51,12 +84,17 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vec
                    inverse * (x.z - s.field_origin.z)};
   Index cell[3];
   T w[3];
+  unsigned at_first = 0, at_last = 0;  // a bit of each axis: the cell is the first or the last one
+  bool near_face = false;
   for (int a = 0; a < 3; ++a) {
     const Index last = s.field_points[a] - 1;
     if (!(at[a] >= 0 && at[a] <= T(last))) return {far_away, {0, 0, 0}};
     cell[a] = static_cast<Index>(at[a]);
     if (cell[a] == last) --cell[a];
     w[a] = at[a] - T(cell[a]);
+    at_first |= unsigned(cell[a] == 0) << a;
+    at_last |= unsigned(cell[a] + 1 == last) << a;
+    near_face = near_face || smaller(w[a], 1 - w[a]) < mixed_part<T>;
   }
   // Along x, then y, then z: the slopes are those of the same interpolation.
   const Index row = s.field_points[0], layer = row * s.field_points[1];
@@ -74,7 +112,10 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vec
     of_x[z] = x_of_row[0] + w[1] * (x_of_row[1] - x_of_row[0]);
   }
   const T of_z = value[1] - value[0], phi = value[0] + w[2] * of_z;
-  const Vector3<T> gradient{of_x[0] + w[2] * (of_x[1] - of_x[0]), of_y[0] + w[2] * (of_y[1] - of_y[0]), of_z};
+  Vector3<T> gradient{of_x[0] + w[2] * (of_x[1] - of_x[0]), of_y[0] + w[2] * (of_y[1] - of_y[0]), of_z};
+  if (near_face)
+    gradient = mixed_slopes(corner, row, layer, {w[0], w[1], w[2]}, gradient, most_mixed<T> * T(s.field_spacing),
+                            at_first, at_last);
   const T length = norm(gradient);
   // At or next to points without a distance (Body::parts).
   if (!(phi < far_away && length < T(1e15))) return {no_part, {0, 0, 0}};
@@ -263,6 +304,15 @@ KOKKOS_INLINE_FUNCTION bool squeezed(const Solid& one, const NearSolid<T>& a, co
   if (cosine < 0 || cosine > T(same_direction)) return cosine < 0;
   const Vector3<T> out = a.at.normal + b.at.normal, inside = shift - (depth * thickness / norm(out)) * out;
   return dot(solid_distance(one, x, inside).normal, solid_distance(other, x, inside).normal) < opposed;
+}
+
+/// The width, over that of the free cloth, at which two solids begin to squeeze a node: 1, or less where it comes out
+/// of one of them (docs/theory/cloth.md, Eq. 26a).
+template <class T>
+KOKKOS_INLINE_FUNCTION T unsqueezed_width(const NearSolid<T>& a, const NearSolid<T>& b,
+                                          std::type_identity_t<T> thickness) {
+  const auto own = [&](const NearSolid<T>& near) { return near.plane ? T(near.kept) : thickness; };
+  return (own(a) + own(b)) / (2 * thickness);
 }
 
 /// The surface halfway between what two solids that squeeze a node keep free: its unit normal, away from the first, and

@@ -19,15 +19,17 @@ constexpr Real new_plane = Real(0.05);         // sine of the angle from which o
 double narrowing(const ClothSystem& s, const NodeNearby& near, const NodeTerms& t, const Double3& shift,
                  const Column3& e) {
   const double free_width = 2 * double(t.clearance.thickness), rigid = t.rigid_share;
+  NearSolid<double> own[2];
   double width = 0;  // over that of the free cloth
   Column3 widening = Column3::Zero();
   for (int k = 0; k < 2; ++k) {
-    const NearSolid<double> own = near_solid(s.solids(near.solid[k]), t.start, shift, t.clearance);
-    width += own.at.phi / free_width;
-    widening += column((own.at.slope / free_width) * own.at.normal);
+    own[k] = near_solid(s.solids(near.solid[k]), t.start, shift, t.clearance);
+    width += own[k].at.phi / free_width;
+    widening += column((own[k].at.slope / free_width) * own[k].at.normal);
   }
-  if (!(width > rigid + 0.01)) return 0;
-  const double rate = 2 * double(t.compression) * (1 - rigid) / ((width - rigid) * (width - rigid));
+  const double unsqueezed = unsqueezed_width(own[0], own[1], double(t.clearance.thickness));
+  if (!(width > rigid + 0.01 && width < unsqueezed)) return 0;
+  const double rate = 2 * double(t.compression) * (unsqueezed - rigid) / ((width - rigid) * (width - rigid));
   return rate * std::max(0.0, -double(widening.dot(e)));
 }
 

@@ -278,7 +278,8 @@ struct ClothSystem {
         touched.add_pair(j, k);
         const T gap = touched.phi(j) + touched.phi(k);
         const T room = larger(gap / (2 * thickness), rigid + T(0.01));  // of the cloth's own
-        squeeze += compression * (1 - room) / (room - rigid);
+        const T unsqueezed = unsqueezed_width(touched.near[j], touched.near[k], T(thickness));
+        squeeze += compression * larger(T(0), unsqueezed - room) / (room - rigid);
       }
     touched.take(push);
     c.touches = true;
