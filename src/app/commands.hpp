@@ -98,6 +98,7 @@ int report_command(const ReportOptions& options);
 struct NewOptions {
   std::string mesh;    // a garment; "": a square cloth. A file that `import` reads is imported first
   std::string body;    // that wears it; "": none
+  std::string fabric;  // its name or file; "": round numbers
   std::string output;  // file for the scene; "": standard output
   std::optional<std::string> prim, body_prim;  // the meshes in files that are imported
   int threads = 0;                             // 0: the runtime chooses

@@ -201,6 +201,8 @@ void add_new_options(CLI::App& command, drench::NewOptions& options) {
       "mesh of a garment: .obj, .ply, .stl, or a file that drench import reads (default: a square cloth)");
   command.add_option("--body", options.body,
                      "mesh of the body that wears it; a pattern such as \"body_*.obj\" for an animated one");
+  command.add_option("--fabric", options.fabric,
+                     "a named fabric, or a .yaml file with one (default: round numbers for a light fabric)");
   command.add_option("-o,--output", options.output, "new file for the scene (default: standard output)");
   command.add_option("--prim", options.prim, "mesh of the garment in an imported file (default: the only one)");
   command.add_option("--body-prim", options.body_prim, "mesh of the body in an imported file (default: the only one)");
@@ -209,7 +211,8 @@ void add_new_options(CLI::App& command, drench::NewOptions& options) {
       "Examples:\n"
       "  drench new\n"
       "  drench new garment.obj | tee scene.yaml\n"
-      "  drench new garment.obj --body figure.obj -o worn.yaml");
+      "  drench new garment.obj --body figure.obj -o worn.yaml\n"
+      "  drench new garment.obj --body figure.obj --fabric denim_11oz -o worn.yaml");
 }
 
 void add_test_options(CLI::App& command, drench::TestOptions& options) {

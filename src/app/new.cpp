@@ -101,17 +101,21 @@ int new_command(const NewOptions& options) {
   try {
     require_device();
     runtime.emplace(options.threads, true);
-    trial = [trials = 0](const Scene& scene, FilledBodies& filled) mutable {
+    trial = [trials = 0, named = !options.fabric.empty()](const Scene& scene, FilledBodies& filled) mutable {
       if (++trials > 1)
-        fmt::print(stderr, "trying the first steps with a time.step of {:g} s and bend {:g} N m\n", scene.time.step,
-                   scene.cloths.front().material.bend);
+        fmt::print(stderr, "trying the first steps with a time.step of {:g} s{}\n", scene.time.step,
+                   named ? "" : fmt::format(" and bend {:g} N m", scene.cloths.front().material.bend));
       return first_steps_converge(scene, filled);
     };
   } catch (const DeviceError&) {
   }
   const MeshPaths paths = writes_elsewhere(options.output) ? MeshPaths::absolute : MeshPaths::as_given;
-  const FirstScene scene =
-      first_scene(mesh.first, body.sequence.empty() ? body.first : body.sequence, trial, paths, body.per_second);
+  const FirstScene scene = first_scene({.mesh = mesh.first,
+                                        .body = body.sequence.empty() ? body.first : body.sequence,
+                                        .fabric = options.fabric,
+                                        .paths = paths,
+                                        .body_rate = body.per_second},
+                                       trial);
   for (const std::string& line : scene.warnings) fmt::print(stderr, "warning: {}\n", line);
   if (options.output.empty()) {
     fmt::print("{}", scene.yaml);

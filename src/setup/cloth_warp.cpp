@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <utility>
 
 #include "base/eigen_vec.hpp"
 #include "setup/cloth_mesh.hpp"
@@ -22,6 +23,22 @@ Vector3d along_v(const Vector3d& a, const Vector3d& b, const std::array<std::arr
   return (au * b - bu * a) / area;
 }
 
+/// The edges of a triangle from its first corner, m.
+std::pair<Vector3d, Vector3d> edges_of(const SurfaceMesh& mesh, std::size_t triangle) {
+  const auto at = [&](std::size_t c) {
+    return to_eigen(mesh.points[static_cast<std::size_t>(mesh.triangles[triangle][c])]);
+  };
+  return {at(1) - at(0), at(2) - at(0)};
+}
+
+/// The part of a unit vector that lies in the plane of two edges.
+Vector3d in_plane(const Vector3d& given, const Vector3d& a, const Vector3d& b) {
+  const Vector3d normal = a.cross(b).normalized();
+  return given - given.dot(normal) * normal;
+}
+
+constexpr double least_in_plane = 1e-6;
+
 bool has_directions(const MaterialScene& fabric) {
   const bool bends_apart =
       fabric.bending && (fabric.bending->warp != fabric.bending->weft || fabric.bending->warp != fabric.bending->twist);
@@ -36,6 +53,23 @@ bool takes_warp_of_file(const ClothScene& cloth) {
   return needs_warp(cloth) && !cloth.grid && !cloth.material.has_warp;
 }
 
+bool texture_gives_warp(const SurfaceMesh& mesh) {
+  for (std::size_t t = 0; t < mesh.texture.size(); ++t) {
+    const auto [a, b] = edges_of(mesh, t);
+    if (!(along_v(a, b, mesh.texture[t]).norm() > 0)) return false;
+  }
+  return !mesh.texture.empty();
+}
+
+bool lies_across(const SurfaceMesh& mesh, const Vec3& direction) {
+  const Vector3d given = to_eigen(direction).normalized();
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b] = edges_of(mesh, t);
+    if (!(in_plane(given, a, b).norm() > least_in_plane)) return true;
+  }
+  return false;
+}
+
 void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& cloth, const Patchwork& fabric,
                  const Eigen::Matrix3d& rotation) {
   if (takes_warp_of_file(cloth) && own.texture.empty())
@@ -48,10 +82,9 @@ void append_warp(ClothMesh& mesh, const SurfaceMesh& own, const ClothScene& clot
     const MaterialScene& here = fabric(static_cast<Index>(t));
     const bool of_file = takes_warp_of_file(cloth) && !here.has_warp;
     const Vector3d given = rotation * to_eigen(here.warp).normalized();
-    const auto at = [&](std::size_t c) { return to_eigen(own.points[static_cast<std::size_t>(own.triangles[t][c])]); };
-    const Vector3d a = at(1) - at(0), b = at(2) - at(0), normal = a.cross(b).normalized();
-    Vector3d warp = of_file ? along_v(a, b, own.texture[t]) : Vector3d(given - given.dot(normal) * normal);
-    if (!(warp.norm() > (of_file ? 0 : 1e-6)))
+    const auto [a, b] = edges_of(own, t);
+    const Vector3d warp = of_file ? along_v(a, b, own.texture[t]) : in_plane(given, a, b);
+    if (!(warp.norm() > (of_file ? 0 : least_in_plane)))
       throw SetupError(fmt::format(
           "{}: triangle {} {}; allowed: {}", cloth_label(cloth.name), t,
           of_file ? "has no area in the file's texture" : "lies across the direction of warp",

@@ -1,6 +1,7 @@
 #include "setup/first_scene.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,11 +11,13 @@
 #include <utility>
 
 #include "base/eigen_vec.hpp"
+#include "scene/fabric_file.hpp"
 #include "scene/load.hpp"
 #include "scene/sequence_names.hpp"
 #include "setup/body_fields.hpp"
 #include "setup/build.hpp"
 #include "setup/cloth_mesh.hpp"
+#include "setup/cloth_warp.hpp"
 #include "setup/distance_field.hpp"
 #include "setup/file_place.hpp"
 #include "setup/forecast.hpp"
@@ -42,15 +45,62 @@ double neat(double x, int digits = 2) {
   return std::stod(fmt::format("{:.{}g}", std::round(x / unit) * unit, digits + 2));
 }
 
+/// The path that a scene in the working folder would have: meshes are looked for beside it.
+constexpr const char* scene_path = "scene.yaml";
+
+/// The warp where the fabric knows it from the weft and the file has no texture coordinates that give it: upright, or
+/// along a cloth that lies.
+void choose_warp(Suggestion& s, const ClothScene& cloth) {
+  const auto file_gives_it = [&] {
+    try {
+      return texture_gives_warp(read_mesh(s.mesh, scene_path, {.texture = true}));
+    } catch (const SetupError&) {
+      return false;  // its texture coordinates cannot be read
+    }
+  };
+  if (s.mesh.empty() || !needs_warp(cloth) || file_gives_it()) return;
+  for (const Vec3& upright : {Vec3{0, 1, 0}, Vec3{0.1, 1, 0.2}, Vec3{0.2, 1, -0.3}}) {
+    s.warp = s.garment.flat ? Vec3{upright[0], upright[2], upright[1]} : upright;
+    if (!lies_across(s.garment.mesh, *s.warp)) return;
+  }
+}
+
+/// What the fabric's name stands for.
+void read_fabric(Suggestion& s) {
+  if (s.fabric.empty()) return;
+  if (is_fabric_file(s.fabric)) {
+    if (std::error_code unknown; !std::filesystem::exists(s.fabric, unknown))
+      throw SetupError(fmt::format("fabric file '{}': there is no such file", s.fabric));
+  } else if (!fabric_named(s.fabric)) {
+    std::vector<std::string> names;
+    for (const Fabric& f : fabrics()) names.push_back(f.name);
+    throw SetupError(
+        fmt::format("there is no fabric '{}'; allowed: a .yaml file, or {}", s.fabric, fmt::join(names, ", ")));
+  }
+  const std::string alone = fmt::format(
+      "drench: 1\n"
+      "time: {{step: 1.0e-3, end: 1}}\n"
+      "domain: {{min: [0, 0, 0], max: [1, 1, 1]}}\n"
+      "fluid: {{spacing: 0.1}}\n"
+      "cloth: [{{mesh: {{grid: {{size: [1, 1], nodes: [2, 2]}}}}, fabric: {}, porous: {{}}}}]\n",
+      in_quotes(s.fabric));
+  const ClothScene cloth = parse_scene(alone, scene_path).cloths.front();
+  s.thickness = cloth.material.thickness;
+  s.solid_fraction = cloth.material.solid_fraction;
+  choose_warp(s, cloth);
+}
+
 void choose_fabric(Suggestion& s, std::vector<std::string>& warnings) {
   s.spacing = neat(std::clamp(0.5 * s.garment.edge, s.garment.size / 150, s.garment.size / 40));
-  s.capacity = s.garment.area * s.thickness * (1 - suggested_solid_fraction) * water;
+  const auto hold_water = [&] { s.capacity = s.garment.area * s.thickness * (1 - s.solid_fraction) * water; };
+  hold_water();
   if (s.garment.flat) return;  // it does not fold onto itself at first
   s.self_collision = true;
   if (const double thickest = 0.45 * s.garment.least_height; thickest < s.thickness) {
     const double thinner = neat(0.95 * thickest);
     if (thinner >= 2e-4) {
       s.thickness = thinner;
+      s.thinner = true;
     } else {
       s.self_collision = false;
       warnings.push_back(fmt::format(
@@ -59,7 +109,7 @@ void choose_fabric(Suggestion& s, std::vector<std::string>& warnings) {
           s.mesh, s.garment.least_height, s.thickness));
     }
   }
-  s.capacity = s.garment.area * s.thickness * (1 - suggested_solid_fraction) * water;
+  hold_water();
 }
 
 /// Distance (m) of a point to the body, negative inside it; empty without a body.
@@ -149,9 +199,6 @@ void choose_domain(Suggestion& s) {
   }
 }
 
-/// The path that a scene in the working folder would have: meshes are looked for beside it.
-constexpr const char* scene_path = "scene.yaml";
-
 /// A scene as text, set up without regard to memory.
 Setup build_text(const std::string& yaml, FilledBodies& filled) {
   return build(parse_scene(yaml, scene_path), {}, &filled);
@@ -183,6 +230,7 @@ void choose_step(Suggestion& s, std::vector<std::string>& warnings, FilledBodies
                    most = m.scene.cloth_solver.max_iterations;
       if (cloth_iterations(m, m.cloths[0], step).count <= 0.9 * most && passes <= 20) return;
     }
+    if (!s.fabric.empty()) return;
   }
 }
 
@@ -213,7 +261,7 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
     for (double half = step / 2; half > shortest && !found; half /= 2) found = converges(half, bend);
     if (!found) s.step = shortest;
     found = true;
-  } else if (bend > 0 && converges(0.25 * step, 0)) {
+  } else if (s.fabric.empty() && bend > 0 && converges(0.25 * step, 0)) {
     for (const double limper : bends)
       for (const double part : {1.0, 0.25})
         if (limper < bend && !found) found = converges(part * step, limper);
@@ -222,14 +270,17 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
     s.step = step;
     s.bend = bend;
     warnings.push_back(fmt::format(
-        "the first steps of the cloth do not converge, not even with a time.step of {:g} s or without bending "
-        "stiffness; use a mesh with more regular triangles{}",
-        shortest, s.body.empty() ? "" : ", or place it so that it does not intersect the body"));
+        "the first steps of the cloth do not converge, not even with a time.step of {:g} s{}; use a mesh with more "
+        "regular triangles{}",
+        shortest, s.fabric.empty() ? " or without bending stiffness" : "",
+        s.body.empty() ? "" : ", or place it so that it does not intersect the body"));
     return;
   }
-  s.found.push_back(
-      fmt::format("With a step of {} s and bend {:.2g} the first steps do not converge; with {} s and {:.2g} they do",
-                  step, bend, s.step, s.bend));
+  const auto choice = [&](double with_step, double with_bend) {
+    return fmt::format("{} s{}", with_step, s.fabric.empty() ? fmt::format(" and bend {:.2g}", with_bend) : "");
+  };
+  s.found.push_back(fmt::format("With a step of {} the first steps do not converge; with {} they do",
+                                choice(step, bend), choice(s.step, s.bend)));
   warnings.push_back(s.found.back());
 }
 
@@ -320,20 +371,21 @@ void place_with_body(Suggestion& s, const std::string& body_file, std::vector<st
 
 }  // namespace
 
-FirstScene first_scene(const std::string& mesh, const std::string& body, const TrySteps& trial, MeshPaths paths,
-                       double body_rate) {
+FirstScene first_scene(const FirstSceneFor& wanted, const TrySteps& trial) {
   FirstScene result;
   FilledBodies filled;
   Suggestion s;
-  s.body_rate = body_rate;
-  s.paths = paths;
-  s.mesh = mesh;
-  s.body = body;
+  s.body_rate = wanted.body_rate;
+  s.paths = wanted.paths;
+  s.mesh = wanted.mesh;
+  s.body = wanted.body;
+  s.fabric = wanted.fabric;
   const std::string body_file = measure(s, result);
+  read_fabric(s);
   choose_fabric(s, result.warnings);
   choose_jet(s);
   choose_domain(s);
-  if (!body.empty()) {
+  if (!s.body.empty()) {
     place_with_body(s, body_file, result.warnings, filled);
     choose_domain(s);
   }
@@ -342,7 +394,7 @@ FirstScene first_scene(const std::string& mesh, const std::string& body, const T
     result.warnings.push_back(
         fmt::format("{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, because the "
                     "solve for a stiffer fabric may not converge; a mesh with more regular triangles allows more",
-                    mesh, s.garment.least_height, s.garment.edge, s.bend));
+                    s.mesh, s.garment.least_height, s.garment.edge, s.bend));
   if (trial) try_steps(s, trial, result.warnings, filled);
   Setup setup = build_text(text_of(s), filled);
   if (slow_down_release(s, setup)) setup = build_text(text_of(s), filled);

@@ -22,12 +22,17 @@ using TrySteps = std::function<bool(const Scene&, FilledBodies&)>;
 /// How the scene names mesh files.
 enum class MeshPaths { as_given, absolute };
 
-/// @param mesh an .obj, .ply or .stl file, as the scene shall name it; "" for a square cloth without a file
-/// @param body the mesh of a body that wears it, or a pattern of names for an animated one; "" for none
+/// What a first scene is for. Files are as the scene shall name them.
+struct FirstSceneFor {
+  std::string mesh;         // an .obj, .ply or .stl file; "" for a square cloth without a file
+  std::string body = "";    // the mesh of a body that wears it, or a pattern of names for an animated one; "" for none
+  std::string fabric = "";  // its name, or a .yaml file with one; "" for a cotton shirt's weight and round numbers
+  MeshPaths paths = MeshPaths::as_given;
+  double body_rate = 24;  // 1/s: files of an animated body per second
+};
+
 /// @param trial finds out whether the steps converge; without it they are only estimated
-/// @param body_rate files of an animated body per second, 1/s
-/// @throws SetupError a mesh that cannot be read or cannot be cloth
-FirstScene first_scene(const std::string& mesh, const std::string& body = "", const TrySteps& trial = {},
-                       MeshPaths paths = MeshPaths::as_given, double body_rate = 24);
+/// @throws SetupError a mesh that cannot be read or cannot be cloth, or an unknown fabric
+FirstScene first_scene(const FirstSceneFor& wanted, const TrySteps& trial = {});
 
 }  // namespace drench

@@ -1,6 +1,7 @@
 #pragma once
 // What `drench new` decides about a first scene, and the text of it.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct Suggestion {
   std::string mesh;    // "" for the grid
   SurfaceMesh points;  // of that file
   std::string body;    // "" for none
+  std::string fabric;  // "" for the numbers below
   MeshPaths paths = MeshPaths::as_given;
   bool animated = false;  // it is a pattern of the names of several files, ...
   double body_rate = 24;  // ... so many of them per second
@@ -23,6 +25,9 @@ struct Suggestion {
   std::vector<std::string> found;  // what the set-up says, as comments
   Garment garment;
   double spacing = 0, thickness = 0.001, bend = 1e-4, step = 0.004, every = 0.02, end = 1;
+  double solid_fraction = 0.6;  // 1
+  bool thinner = false;         // than the fabric
+  std::optional<Vec3> warp;     // where the fabric has one and the mesh does not give it
   bool self_collision = false;
   int settle = ClothScene{}.settle;
   Box domain;
@@ -31,11 +36,12 @@ struct Suggestion {
 };
 
 constexpr GridScene suggested_grid{{0.6, 0.6}, {31, 31}};  // without a mesh
-constexpr double suggested_solid_fraction = 0.6;           // 1
 constexpr double fastest_release = 0.25;                   // m/s: of nodes that start inside the body
 
 /// The nearest multiple of `unit` that is at least x (`up`), or at most x.
 double outward(double x, double unit, bool up);
+/// A word for YAML.
+std::string in_quotes(const std::string& text);
 /// "[0.1, 0.2, 0.3]"
 std::string list(const Vec3& v);
 

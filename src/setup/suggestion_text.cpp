@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "base/eigen_vec.hpp"
+#include "scene/fabric_file.hpp"
 #include "setup/file_place.hpp"
 #include "setup/suggestion.hpp"
 
@@ -11,15 +12,6 @@ namespace drench {
 namespace {
 
 using Eigen::Vector3d;
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
-}
 
 std::string pin_line(const Suggestion& s) {
   const Garment& g = s.garment;
@@ -53,7 +45,7 @@ std::string reasons(const MeshGuess& guess) {
 
 /// The quoted name of a file in the scene.
 std::string written(const Suggestion& s, const std::string& file) {
-  return quoted(s.paths == MeshPaths::absolute ? std::filesystem::absolute(file).string() : file);
+  return in_quotes(s.paths == MeshPaths::absolute ? std::filesystem::absolute(file).string() : file);
 }
 
 const char* kind_of_path(const Suggestion& s, const std::string& file) {
@@ -76,6 +68,46 @@ std::string mesh_lines(const Suggestion& s) {
     lines += fmt::format("    weld: {:<28.6g} # m; sews {} pairs of boundary points more than the default\n", g.weld,
                          g.welded);
   return lines;
+}
+
+std::string fabric_lines(const Suggestion& s) {
+  const std::string damping = "    damping: 1.0                      # 1/s; damping of the motion, as by air\n";
+  if (s.fabric.empty())
+    return fmt::format(
+               "    areal_density: 0.2                # kg/m², 200 g/m²; cotton shirt 0.15, towel 0.4\n"
+               "    thickness: {}                  # m; with solid_fraction it determines how much water the fabric "
+               "holds\n"
+               "    stretch: 500                      # N/m; tensile stiffness\n"
+               "    bend: {:<28} # N·m; bending stiffness: limp fabric 1e-5, stiff 1e-3\n",
+               s.thickness, s.bend > 0 ? fmt::format("{:.1e}", s.bend) : "0") +
+           damping +
+           "    friction: 0.4                     # 1; of dry fabric, on bodies and on itself\n"
+           "    friction_wet: 1.0                 # 1; wet fabric clings\n";
+  std::string lines =
+      is_fabric_file(s.fabric)
+          ? fmt::format("    fabric: {}   # {}; drench check prints its values\n", written(s, s.fabric),
+                        kind_of_path(s, s.fabric))
+          : fmt::format("    fabric: {:<25} # drench check prints its values; a key below replaces one\n", s.fabric);
+  if (s.thinner)
+    lines += fmt::format("    thickness: {:<22} # m; less than the fabric's, for the smallest triangle\n", s.thickness);
+  if (s.warp)
+    lines += fmt::format("    warp: {:<27} # 1; direction of the warp, as the file has no usable texture coordinates\n",
+                         list(*s.warp));
+  return lines + damping;
+}
+
+std::string porous_lines(const Suggestion& s) {
+  if (!s.fabric.empty()) return "    porous: {}                        # without this key the cloth absorbs nothing\n";
+  return fmt::format(
+      "    porous:                           # without this section the cloth absorbs nothing\n"
+      "      solid_fraction: {}             # 1; fraction of the volume that is fibre; the rest holds water\n"
+      "      absorption: 0.02                # m²/s; how fast dry fabric absorbs water\n"
+      "      film: 3.0e-4                    # m; water that each face of soaked fabric carries; it runs down and "
+      "drips\n"
+      "      film_viscosity: 1.0e-6          # m²/s; of water\n"
+      "      diffusivity: 1.0e-4             # m²/s; how fast water spreads within the fabric\n"
+      "      capillary_height: 0.3           # m; equilibrium wicking height\n",
+      s.solid_fraction);
 }
 
 std::string body_lines(const Suggestion& s) {
@@ -110,6 +142,15 @@ std::string head(const Suggestion& s) {
 
 }  // namespace
 
+std::string in_quotes(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
 double outward(double x, double unit, bool up) {
   return (up ? std::ceil(x / unit - 1e-9) : std::floor(x / unit + 1e-9)) * unit;
 }
@@ -139,15 +180,7 @@ std::string text_of(const Suggestion& s, bool with_body) {
       s.spacing, s.garment.edge / s.spacing, list(s.nozzle), s.radius, list(s.velocity), s.jet_end,
       s.jet_mass / s.capacity);
   text += "cloth:\n  - name: " + std::string(s.mesh.empty() ? "sheet" : "garment") + "\n" + mesh_lines(s);
-  text += fmt::format(
-      "    areal_density: 0.2                # kg/m², 200 g/m²; cotton shirt 0.15, towel 0.4\n"
-      "    thickness: {}                  # m; with solid_fraction it determines how much water the fabric holds\n"
-      "    stretch: 500                      # N/m; tensile stiffness\n"
-      "    bend: {:<28} # N·m; bending stiffness: limp fabric 1e-5, stiff 1e-3\n"
-      "    damping: 1.0                      # 1/s; damping of the motion, as by air\n"
-      "    friction: 0.4                     # 1; of dry fabric, on bodies and on itself\n"
-      "    friction_wet: 1.0                 # 1; wet fabric clings\n",
-      s.thickness, s.bend > 0 ? fmt::format("{:.1e}", s.bend) : "0");
+  text += fabric_lines(s);
   if (s.pinned) text += pin_line(s);
   text += fmt::format("    self_collision: {}\n",
                       s.self_collision ? "true              # front and back do not pass through each other; costs time"
@@ -155,16 +188,7 @@ std::string text_of(const Suggestion& s, bool with_body) {
   if (s.settle != ClothScene{}.settle)
     text += fmt::format("    settle: {:<25} # 1; steps over which nodes come out of the body, at most {} m/s fast\n",
                         s.settle, fastest_release);
-  text += fmt::format(
-      "    porous:                           # without this section the cloth absorbs nothing\n"
-      "      solid_fraction: {}             # 1; fraction of the volume that is fibre; the rest holds water\n"
-      "      absorption: 0.02                # m²/s; how fast dry fabric absorbs water\n"
-      "      film: 3.0e-4                    # m; water that each face of soaked fabric carries; it runs down and "
-      "drips\n"
-      "      film_viscosity: 1.0e-6          # m²/s; of water\n"
-      "      diffusivity: 1.0e-4             # m²/s; how fast water spreads within the fabric\n"
-      "      capillary_height: 0.3           # m; equilibrium wicking height\n",
-      suggested_solid_fraction);
+  text += porous_lines(s);
   if (with_body || s.body.empty()) text += body_lines(s);
   return text;
 }

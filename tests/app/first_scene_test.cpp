@@ -378,7 +378,7 @@ TEST_F(NewScene, ShortensTheStepOrSoftensTheFabricUntilATrialConverges) {
   const std::string mesh = (here() / "garment.obj").string();
   write_text(mesh, tube(1, 1));
   int trials = 0;
-  const FirstScene shorter = first_scene(mesh, "", [&](const Scene& scene, FilledBodies&) {
+  const FirstScene shorter = first_scene({.mesh = mesh}, [&](const Scene& scene, FilledBodies&) {
     ++trials;
     return scene.time.step < 0.0011;
   });
@@ -391,11 +391,11 @@ TEST_F(NewScene, ShortensTheStepOrSoftensTheFabricUntilATrialConverges) {
       shorter.warnings[0].find("With a step of 0.004 s and bend 0.0001 the first steps do not converge; with 0.001 s"),
       std::string::npos)
       << shorter.warnings[0];
-  const FirstScene softer =
-      first_scene(mesh, "", [](const Scene& scene, FilledBodies&) { return scene.cloths[0].material.bend < 2e-5; });
+  const FirstScene softer = first_scene(
+      {.mesh = mesh}, [](const Scene& scene, FilledBodies&) { return scene.cloths[0].material.bend < 2e-5; });
   EXPECT_EQ(parse_scene(softer.yaml, "scene.yaml").cloths[0].material.bend, 1e-5);
   trials = 0;
-  const FirstScene never = first_scene(mesh, "", [&](const Scene&, FilledBodies&) {
+  const FirstScene never = first_scene({.mesh = mesh}, [&](const Scene&, FilledBodies&) {
     ++trials;
     return false;
   });
@@ -410,8 +410,8 @@ TEST_F(NewScene, BringsNodesOutOfABodySlowlyWhereStepsAreShort) {
   write_text(mesh, tube(0.6, 1));
   write_text(body, block({-0.18, 0.2, -0.05}, {0.18, 0.4, 0.05}));
   for (const double step : {0.004, 0.0005}) {
-    const FirstScene made =
-        first_scene(mesh, body, [&](const Scene& scene, FilledBodies&) { return scene.time.step <= step; });
+    const FirstScene made = first_scene({.mesh = mesh, .body = body},
+                                        [&](const Scene& scene, FilledBodies&) { return scene.time.step <= step; });
     const Scene scene = parse_scene(made.yaml, "scene.yaml");
     ASSERT_EQ(scene.time.step, step);
     EXPECT_EQ(scene.cloths[0].settle == ClothScene{}.settle, step == 0.004) << scene.cloths[0].settle;

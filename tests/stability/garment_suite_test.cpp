@@ -126,7 +126,7 @@ Faces with_slivers(Faces f) {
 
 /// A first scene of these files, run for 100 steps: it converges, does not tear, and nothing ends inside the body.
 void expect_to_run(const std::string& garment, const std::string& body, Index nodes) {
-  const FirstScene first = first_scene(garment, body);
+  const FirstScene first = first_scene({.mesh = garment, .body = body});
   SceneRun run(first.yaml);
   EXPECT_EQ(run.initial().node_count(), nodes);
   int unconverged = 0;
