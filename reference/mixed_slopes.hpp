@@ -16,7 +16,7 @@ namespace drench::reference {
 template <class Value>
 Eigen::Vector3d mixed_slopes(const Eigen::Vector3d& own, const std::array<Index, 3>& cell, const Eigen::Vector3d& w,
                              const DistanceField& lattice, const Value& value) {
-  constexpr double part = 0.1, most = 0.08;  // of the cell; of the lattice's spacing
+  constexpr double part = 0.1, wholly = 0.3;  // of the cell; of the lattice's spacing
   Eigen::Vector3d slopes = own;
   for (int a = 0; a < 3; ++a) {
     const double from_face = std::min(w[a], 1 - w[a]);
@@ -34,8 +34,8 @@ Eigen::Vector3d mixed_slopes(const Eigen::Vector3d& own, const std::array<Index,
       }
       other += weight * value(at[0], at[1], at[2]);
     }
-    if (std::abs(other - own[a]) <= most * lattice.spacing)
-      slopes[a] += 0.5 * (1 - from_face / part) * (other - own[a]);
+    const double jump = other - own[a], mixed = std::clamp(2 - std::abs(jump) / (wholly * lattice.spacing), 0.0, 1.0);
+    slopes[a] += 0.5 * mixed * (1 - from_face / part) * jump;
   }
   return slopes;
 }

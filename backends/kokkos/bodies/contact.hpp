@@ -41,20 +41,20 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> box_distance(const Vector3<T>& lo, const
 /// Slopes of distances are mixed in this part of a cell of the lattice from its faces, ...
 template <class T>
 constexpr T mixed_part = T(0.1);
-/// ... where they differ by at most this, 1.
+/// ... wholly where they differ by at most this (1), less and less up to twice that, and not beyond.
 template <class T>
-constexpr T most_mixed = T(0.08);
+constexpr T wholly_mixed = T(0.3);
 
 constexpr Real far_away = Real(1e30);                   // m
 constexpr Real no_part = Real(DistanceField::nowhere);  // m, beyond far_away: a part of a mesh is not there
 
 /// The slopes of a trilinear distance (m per cell) at `w` of the cell that begins at `corner`. Along an axis they jump
 /// from cell to cell; near the face between two cells the one across it is mixed from both (docs/theory/cloth.md,
-/// Eq. 26e) unless they differ by more than `most_mixed`. `own`: the slopes in the cell; first and last: a bit of each
-/// axis, is the cell at the end of the lattice?
+/// Eq. 26e). `own`: the slopes in the cell; `wholly`: up to what difference they are mixed wholly, m per cell; first
+/// and last: a bit of each axis, is the cell at the end of the lattice?
 template <class T>
 KOKKOS_FUNCTION DRENCH_SELDOM Vector3<T> mixed_slopes(const Real* corner, Index row, Index layer, Vector3<T> w,
-                                                      Vector3<T> own, T most_mixed, unsigned first, unsigned last) {
+                                                      Vector3<T> own, T wholly, unsigned first, unsigned last) {
   const T place[3] = {w.x, w.y, w.z};
   T slope[3] = {own.x, own.y, own.z};
   const Index steps[3] = {1, row, layer};
@@ -67,9 +67,9 @@ KOKKOS_FUNCTION DRENCH_SELDOM Vector3<T> mixed_slopes(const Real* corner, Index 
     const auto change = [&](Index at) { return T(read_only(other + at + steps[a])) - T(read_only(other + at)); };
     const T low = change(0) + place[b] * (change(steps[b]) - change(0)),
             high = change(steps[c]) + place[b] * (change(steps[b] + steps[c]) - change(steps[c]));
-    const T beyond = low + place[c] * (high - low);
-    if (Kokkos::abs(beyond - slope[a]) <= most_mixed)
-      slope[a] += T(0.5) * (1 - from_face / mixed_part<T>)*(beyond - slope[a]);
+    const T jump = low + place[c] * (high - low) - slope[a];
+    const T mixed = smaller(T(1), larger(T(0), 2 - Kokkos::abs(jump) / wholly));
+    slope[a] += T(0.5) * mixed * (1 - from_face / mixed_part<T>)*jump;
   }
   return {slope[0], slope[1], slope[2]};
 }
@@ -114,7 +114,7 @@ KOKKOS_INLINE_FUNCTION SolidDistance<T> field_distance(const Solid& s, const Vec
   const T of_z = value[1] - value[0], phi = value[0] + w[2] * of_z;
   Vector3<T> gradient{of_x[0] + w[2] * (of_x[1] - of_x[0]), of_y[0] + w[2] * (of_y[1] - of_y[0]), of_z};
   if (near_face)
-    gradient = mixed_slopes(corner, row, layer, {w[0], w[1], w[2]}, gradient, most_mixed<T> * T(s.field_spacing),
+    gradient = mixed_slopes(corner, row, layer, {w[0], w[1], w[2]}, gradient, wholly_mixed<T> * T(s.field_spacing),
                             at_first, at_last);
   const T length = norm(gradient);
   // At or next to points without a distance (Body::parts).
