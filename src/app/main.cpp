@@ -212,7 +212,7 @@ void add_new_options(CLI::App& command, drench::NewOptions& options) {
       "  drench new\n"
       "  drench new garment.obj | tee scene.yaml\n"
       "  drench new garment.obj --body figure.obj -o worn.yaml\n"
-      "  drench new garment.obj --body figure.obj --fabric denim_11oz -o worn.yaml");
+      "  drench new garment.obj --body figure.obj --fabric denim_11oz -o denim.yaml");
 }
 
 void add_test_options(CLI::App& command, drench::TestOptions& options) {
