@@ -73,12 +73,19 @@ Fabric read(const Value& name, const std::string& key, const std::string& folder
   Fabric fabric{name.text, "", {}};
   for (const yaml::Entry& e : keys.entries) {
     if (!is_of_fabric(e.key)) continue;
+    if (e.key == "porous" && e.value.kind != Value::Kind::map)
+      refuse(e.value.place, e.key, fmt::format("is {}; allowed: a map of keys", e.value.shown()));
     Value one;
     one.entries.push_back(e);
     collect(one, "", name.text, fabric.values);
   }
   const Value* base = keys.find("fabric");
-  if (!base || base->kind != Value::Kind::scalar || base->text == "none") return fabric;
+  if (base && (base->kind != Value::Kind::scalar || base->text.empty()))
+    refuse(base->place, "fabric", fmt::format("is {}; allowed: a fabric's name or file", base->shown()));
+  if (!base && fabric.values.empty())
+    throw SceneError(found.path + ":1:1",
+                     fmt::format("fabric: gives no values; allowed: fabric, {}", fmt::join(fabric_keys, ", ")));
+  if (!base || base->text == "none") return fabric;
   Fabric below;
   if (is_fabric_file(base->text)) {
     below = read(*base, "fabric", std::filesystem::path(found.path).parent_path().string(), nested + 1);

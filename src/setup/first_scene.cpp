@@ -68,10 +68,16 @@ void choose_warp(Suggestion& s, const ClothScene& cloth) {
 /// What the fabric's name stands for.
 void read_fabric(Suggestion& s) {
   if (s.fabric.empty()) return;
+  std::error_code unknown;
+  const std::filesystem::file_type type = std::filesystem::status(s.fabric, unknown).type();
+  const auto refuse = [&](const char* what) {
+    throw SetupError(fmt::format("fabric file '{}': {}; allowed: a file .yaml or .yml", s.fabric, what));
+  };
   if (is_fabric_file(s.fabric)) {
-    if (std::error_code unknown; !std::filesystem::exists(s.fabric, unknown))
-      throw SetupError(fmt::format("fabric file '{}': there is no such file", s.fabric));
+    if (type == std::filesystem::file_type::not_found) refuse("there is no such file");
+    if (type == std::filesystem::file_type::directory) refuse("it is a folder");
   } else if (!fabric_named(s.fabric)) {
+    if (type != std::filesystem::file_type::not_found) refuse("unknown extension");
     std::vector<std::string> names;
     for (const Fabric& f : fabrics()) names.push_back(f.name);
     throw SetupError(
@@ -99,6 +105,12 @@ void choose_fabric(Suggestion& s, std::vector<std::string>& warnings) {
   if (const double thickest = 0.45 * s.garment.least_height; thickest < s.thickness) {
     const double thinner = neat(0.95 * thickest);
     if (thinner >= 2e-4) {
+      if (!s.fabric.empty())
+        warnings.push_back(fmt::format(
+            "{}: its smallest triangle is {:.2g} m high, so that the thickness is {} m, and not {} m as of {}; it "
+            "holds less water than that fabric. A mesh with more regular triangles, or self_collision: false, allows "
+            "the whole thickness",
+            s.mesh, s.garment.least_height, thinner, s.thickness, s.fabric));
       s.thickness = thinner;
       s.thinner = true;
     } else {
@@ -234,22 +246,23 @@ void choose_step(Suggestion& s, std::vector<std::string>& warnings, FilledBodies
   }
 }
 
-/// Gives nodes that start deep inside the body more steps to come out where steps are short, so that they are not
-/// thrown. Has it changed anything?
-bool slow_down_release(Suggestion& s, const Setup& setup) {
-  const double way = setup.deepest_inside + s.thickness;
-  const int needed = static_cast<int>(std::ceil(way / (fastest_release * s.step)));
-  if (setup.deepest_inside == 0 || needed <= s.settle) return false;
-  s.settle = needed;
-  return true;
+/// Over how many steps nodes that start up to `deepest` (m) inside the body come out: more where steps are short, so
+/// that they are not thrown.
+int settle_for(const Suggestion& s, double deepest) {
+  if (deepest == 0) return ClothScene{}.settle;
+  const double steps = (deepest + s.thickness) / (fastest_release * s.step);
+  return std::max(ClothScene{}.settle, static_cast<int>(std::ceil(steps)));
 }
 
 /// The first steps for real; where one does not converge, half the step, and a limper fabric where that is too short.
-void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& warnings, FilledBodies& filled) {
+/// `deepest`: how deep nodes start inside the body, m.
+void try_steps(Suggestion& s, double deepest, const TrySteps& trial, std::vector<std::string>& warnings,
+               FilledBodies& filled) {
   const double step = s.step, bend = s.bend;
   const auto converges = [&](double with_step, double with_bend) {
     s.step = with_step;
     s.bend = with_bend;
+    s.settle = settle_for(s, deepest);
     return trial(parse_scene(text_of(s), scene_path), filled);
   };
   if (converges(step, bend)) return;
@@ -269,17 +282,18 @@ void try_steps(Suggestion& s, const TrySteps& trial, std::vector<std::string>& w
   if (!found) {
     s.step = step;
     s.bend = bend;
-    warnings.push_back(fmt::format(
-        "the first steps of the cloth do not converge, not even with a time.step of {:g} s{}; use a mesh with more "
-        "regular triangles{}",
-        shortest, s.fabric.empty() ? " or without bending stiffness" : "",
-        s.body.empty() ? "" : ", or place it so that it does not intersect the body"));
+    warnings.push_back(
+        fmt::format("the first steps of the cloth do not converge well, not even with a time.step of {:g} s{}; use a "
+                    "mesh with more "
+                    "regular triangles{}",
+                    shortest, s.fabric.empty() ? " or without bending stiffness" : "",
+                    s.body.empty() ? "" : ", or place it so that it does not intersect the body"));
     return;
   }
   const auto choice = [&](double with_step, double with_bend) {
     return fmt::format("{} s{}", with_step, s.fabric.empty() ? fmt::format(" and bend {:.2g}", with_bend) : "");
   };
-  s.found.push_back(fmt::format("With a step of {} the first steps do not converge; with {} they do",
+  s.found.push_back(fmt::format("With a step of {} the first steps do not converge well; with {} they do",
                                 choice(step, bend), choice(s.step, s.bend)));
   warnings.push_back(s.found.back());
 }
@@ -395,9 +409,10 @@ FirstScene first_scene(const FirstSceneFor& wanted, const TrySteps& trial) {
         fmt::format("{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, because the "
                     "solve for a stiffer fabric may not converge; a mesh with more regular triangles allows more",
                     s.mesh, s.garment.least_height, s.garment.edge, s.bend));
-  if (trial) try_steps(s, trial, result.warnings, filled);
-  Setup setup = build_text(text_of(s), filled);
-  if (slow_down_release(s, setup)) setup = build_text(text_of(s), filled);
+  const double deepest = s.body.empty() ? 0 : build_text(text_of(s), filled).deepest_inside;
+  if (trial) try_steps(s, deepest, trial, result.warnings, filled);
+  s.settle = settle_for(s, deepest);
+  const Setup setup = build_text(text_of(s), filled);
   s.found.insert(s.found.end(), setup.notes.begin(), setup.notes.end());
   s.found.insert(s.found.end(), setup.warnings.begin(), setup.warnings.end());
   result.yaml = text_of(s);

@@ -70,6 +70,9 @@ std::string mesh_lines(const Suggestion& s) {
   return lines;
 }
 
+/// Is it along no axis?
+bool is_tilted(const Vec3& direction) { return direction[0] != 0; }
+
 std::string fabric_lines(const Suggestion& s) {
   const std::string damping = "    damping: 1.0                      # 1/s; damping of the motion, as by air\n";
   if (s.fabric.empty())
@@ -89,10 +92,12 @@ std::string fabric_lines(const Suggestion& s) {
                         kind_of_path(s, s.fabric))
           : fmt::format("    fabric: {:<25} # drench check prints its values; a key below replaces one\n", s.fabric);
   if (s.thinner)
-    lines += fmt::format("    thickness: {:<22} # m; less than the fabric's, for the smallest triangle\n", s.thickness);
+    lines +=
+        fmt::format("    thickness: {:<22} # m; the fabric's is too thick for the smallest triangle\n", s.thickness);
   if (s.warp)
-    lines += fmt::format("    warp: {:<27} # 1; direction of the warp, as the file has no usable texture coordinates\n",
-                         list(*s.warp));
+    lines +=
+        fmt::format("    warp: {:<27} # direction of the warp, which the file's texture coordinates do not give{}\n",
+                    list(*s.warp), is_tilted(*s.warp) ? "; tilted, as some triangles lie across the upright" : "");
   return lines + damping;
 }
 

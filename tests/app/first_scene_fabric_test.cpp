@@ -67,7 +67,7 @@ TEST_F(NewSceneOfFabric, IsThinnerWhereTrianglesAreTooSmall) {
   write_text(here() / "scene.yaml", made.out);
   const MaterialScene cloth = load_scene((here() / "scene.yaml").string()).cloths[0].material;
   EXPECT_LT(cloth.thickness, 0.0019) << made.out;
-  EXPECT_NE(made.out.find("# m; less than the fabric's, for the smallest triangle"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("# m; the fabric's is too thick for the smallest triangle"), std::string::npos) << made.out;
 }
 
 TEST_F(NewSceneOfFabric, HasAWarpWhereTheFileGivesNone) {
@@ -95,13 +95,27 @@ TEST_F(NewSceneOfFabric, ShortensTheStepAlone) {
     return scene.time.step < 0.0011;
   });
   ASSERT_FALSE(shorter.warnings.empty());
-  EXPECT_NE(shorter.warnings[0].find(" s the first steps do not converge; with 0.001 s they do"), std::string::npos)
+  EXPECT_NE(shorter.warnings[0].find(" s the first steps do not converge well; with 0.001 s they do"),
+            std::string::npos)
       << shorter.warnings[0];
 }
 
 TEST_F(NewSceneOfFabric, NamesWhatIsAllowed) {
   expect_refusal({"new", "--fabric", "denim"}, "there is no fabric 'denim'; allowed: a .yaml file, or ");
   expect_refusal({"new", "--fabric", "nothing.yaml"}, "fabric file 'nothing.yaml': there is no such file");
+  expect_refusal({"new", "--fabric", ""}, "--fabric: it has no name");
+  std::filesystem::create_directories(here() / "folder.yaml");
+  expect_refusal({"new", "--fabric", "folder.yaml"}, "folder.yaml': it is a folder; allowed: a file .yaml or .yml");
+  write_text(here() / "canvas.txt", "areal_density: 0.3\n");
+  expect_refusal({"new", "--fabric", "canvas.txt"}, "canvas.txt': unknown extension; allowed: a file .yaml or .yml");
+  const auto wrong = [&](const std::string& text, const std::string& message) {
+    write_text(here() / "wrong.yaml", text);
+    expect_refusal({"new", "--fabric", "wrong.yaml"}, message);
+  };
+  wrong("fabric: [denim_11oz]\n", "wrong.yaml:1:9: fabric: is a list of 1; allowed: a fabric's name or file");
+  wrong("fabric:\n", "fabric: is nothing; allowed: a fabric's name or file");
+  wrong("porous: 3\n", "wrong.yaml:1:9: porous: is '3'; allowed: a map of keys");
+  wrong("about: two words\n", "wrong.yaml:1:1: fabric: gives no values; allowed: fabric, areal_density, ");
   write_text(here() / "wrong.yaml", "thicknes: 1\n");
   expect_refusal({"new", "--fabric", "wrong.yaml"}, "wrong.yaml:1:1: thicknes: is no key of a fabric");
 }
