@@ -59,7 +59,7 @@ TEST(distance_slopes, turn_steadily_from_cell_to_cell) {
 }
 
 TEST(distance_slopes, jump_at_sharp_edges_alone) {
-  // Of jumps up to 0.3 nothing is left, of 0.45 a half and of 0.6 all: no place turns a steady jump into a sudden one.
+  // Nothing is left of jumps up to 0.3, half of 0.45, all of 0.6: the rule itself does not end abruptly.
   for (const auto& [jump, left] : {std::pair{0.05, 0.0}, {0.29, 0.0}, {0.45, 0.5}, {0.59, 0.97}, {0.61, 1.0}}) {
     const Lattice edge(jump);
     EXPECT_NEAR(edge.turn(-0.0005, 0.0005) / edge.turn(-0.5, 0.5), left, 0.05) << jump;
