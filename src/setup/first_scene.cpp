@@ -284,8 +284,7 @@ void try_steps(Suggestion& s, double deepest, const TrySteps& trial, std::vector
     s.bend = bend;
     warnings.push_back(
         fmt::format("the first steps of the cloth do not converge well, not even with a time.step of {:g} s{}; use a "
-                    "mesh with more "
-                    "regular triangles{}",
+                    "mesh with more regular triangles{}",
                     shortest, s.fabric.empty() ? " or without bending stiffness" : "",
                     s.body.empty() ? "" : ", or place it so that it does not intersect the body"));
     return;
@@ -356,9 +355,9 @@ bool put_on(Suggestion& s, const Body& body) {
 }
 
 /// Puts the garment on the body and the nozzle where the body is not, and decides by what holds the garment. An
-/// animated body counts as its first file.
-void place_with_body(Suggestion& s, const std::string& body_file, std::vector<std::string>& warnings,
-                     FilledBodies& filled) {
+/// animated body counts as its first file. Returns how deep nodes start inside the body, m.
+double place_with_body(Suggestion& s, const std::string& body_file, std::vector<std::string>& warnings,
+                       FilledBodies& filled) {
   Setup setup = beside_body_at_rest(s, body_file, filled);
   if (put_on(s, setup.model.bodies.front())) setup = beside_body_at_rest(s, body_file, filled);
   const Body& body = setup.model.bodies.front();
@@ -381,6 +380,7 @@ void place_with_body(Suggestion& s, const std::string& body_file, std::vector<st
       : around_it ? fmt::format("The body is inside the garment but does not hold it, so it is pinned at {}", pins)
       : sheet ? fmt::format("The body is not under the cloth, which would fall past it, so it is pinned at {}", pins)
               : "No part of the body is inside the garment, which is held at its highest points");
+  return setup.deepest_inside;
 }
 
 }  // namespace
@@ -399,8 +399,9 @@ FirstScene first_scene(const FirstSceneFor& wanted, const TrySteps& trial) {
   choose_fabric(s, result.warnings);
   choose_jet(s);
   choose_domain(s);
+  double deepest = 0;  // m
   if (!s.body.empty()) {
-    place_with_body(s, body_file, result.warnings, filled);
+    deepest = place_with_body(s, body_file, result.warnings, filled);
     choose_domain(s);
   }
   choose_step(s, result.warnings, filled);
@@ -409,7 +410,6 @@ FirstScene first_scene(const FirstSceneFor& wanted, const TrySteps& trial) {
         fmt::format("{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, because the "
                     "solve for a stiffer fabric may not converge; a mesh with more regular triangles allows more",
                     s.mesh, s.garment.least_height, s.garment.edge, s.bend));
-  const double deepest = s.body.empty() ? 0 : build_text(text_of(s), filled).deepest_inside;
   if (trial) try_steps(s, deepest, trial, result.warnings, filled);
   s.settle = settle_for(s, deepest);
   const Setup setup = build_text(text_of(s), filled);
