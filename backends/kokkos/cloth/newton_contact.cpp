@@ -110,7 +110,7 @@ void NewtonCloth::sweep(const ClothSystem& s) {
     touching_[at(n)] = touching;
     at_node(zone_change_, n) = so_far + step;
     at_node(zone_residual_, n) = r - tangent_.own(n) * step;
-    tangent_.subtract_change(s, n, step, zone_residual_);
+    tangent_.subtract_change(n, step, zone_residual_);
   }
 }
 

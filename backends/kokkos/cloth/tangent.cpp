@@ -95,6 +95,7 @@ ClothTangent::ClothTangent(const Cloth& cloth, const ClothSystem& s)
       free_(free_nodes(cloth, s)),
       row_of_(rows_of(free_, nodes_)) {
   find_edges(s, triangles_);
+  list_pairs(s);
   for (Index n = 0; n < nodes_; ++n)
     for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) bending_[at(n)] -= s.link(l).bend;
   edge_pairs_.cholesky = BlockCholesky(pattern_of(s, false));
@@ -161,6 +162,26 @@ void ClothTangent::find_edges(const ClothSystem& s, Index triangles) {
     parts_.insert(parts_.end(), p.begin(), p.end());
     part_start_.push_back(static_cast<Index>(parts_.size()));
   }
+}
+
+void ClothTangent::list_pairs(const ClothSystem& s) {
+  pair_of_.assign(edge_of_.size(), -1);
+  pair_start_.assign(1, 0);
+  bending_start_.assign(1, 0);
+  for (Index n = 0; n < nodes_; ++n) {
+    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
+      const Link link = s.link(l);
+      if (edge_of_[at(l)] < 0) {
+        bending_pairs_.push_back({link.other, link.bend});
+        continue;
+      }
+      pair_of_[at(l)] = static_cast<Index>(pairs_.size());
+      pairs_.push_back({link.other, edge_of_[at(l)], link.bend});
+    }
+    pair_start_.push_back(static_cast<Index>(pairs_.size()));
+    bending_start_.push_back(static_cast<Index>(bending_pairs_.size()));
+  }
+  between_.assign(pairs_.size(), PairBlock::Zero());
 }
 
 void ClothTangent::make_room(const ClothSystem& s, Factor& f) const {
@@ -242,21 +263,24 @@ void ClothTangent::update(const ClothSystem& s, const std::vector<Double3>& shif
       shared_[at(e / 2)] = between;
     }
   });
+  host_parallel("drench::cloth::tangent_pairs", static_cast<Index>(pairs_.size()), [this](const Index p) {
+    const Pair pair = pairs_[at(p)];
+    const Matrix3& shared = shared_[at(pair.edge / 2)];
+    auto block = between_[at(p)].topRows<3>();
+    if (pair.edge % 2 == 0)
+      block = shared;
+    else
+      block = shared.transpose();
+    block.diagonal().array() += pair.bend;
+  });
 }
 
-void ClothTangent::subtract_change(const ClothSystem& s, Index n, const Column3& change, NodeVector& rho) const {
-  for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
-    const Link link = s.link(l);
-    const Index e = edge_of_[at(l)];
-    Column3 force = link.bend * change;
-    if (e >= 0) {
-      if (e % 2 == 0)
-        force += shared_[at(e / 2)].transpose() * change;
-      else
-        force += shared_[at(e / 2)] * change;
-    }
-    at_node(rho, link.other) -= force;
-  }
+void ClothTangent::subtract_change(Index n, const Column3& change, NodeVector& rho) const {
+  const Eigen::Matrix<Real, 4, 1> by(change[0], change[1], change[2], 0);
+  for (Index p = pair_start_[at(n)]; p < pair_start_[at(n + 1)]; ++p)
+    at_node(rho, pairs_[at(p)].other) -= between_[at(p)].transpose() * by;
+  for (Index b = bending_start_[at(n)]; b < bending_start_[at(n + 1)]; ++b)
+    at_node(rho, bending_pairs_[at(b)].other) -= bending_pairs_[at(b)].bend * change;
 }
 
 void ClothTangent::multiply(const ClothSystem& s, const std::vector<NodeFreedom>& freedom, bool contact_rows,
@@ -270,17 +294,12 @@ void ClothTangent::multiply(const ClothSystem& s, const std::vector<NodeFreedom>
     const Column3 here = at_node(x, n);
     Column3 sum = own_[at(n)] * here + bending_[at(n)] * here;
     if (!f.all) sum += f.turning * here;
-    for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
-      const Link link = s.link(l);
-      const Index e = edge_of_[at(l)];
-      const Column3 other = at_node(x, link.other);
-      sum += link.bend * other;
-      if (e < 0) continue;
-      if (e % 2 == 0)
-        sum += shared_[at(e / 2)] * other;
-      else
-        sum += shared_[at(e / 2)].transpose() * other;
-    }
+    Eigen::Matrix<Real, 4, 1> of_pairs = Eigen::Matrix<Real, 4, 1>::Zero();
+    for (Index p = pair_start_[at(n)]; p < pair_start_[at(n + 1)]; ++p)
+      of_pairs += between_[at(p)] * at_node(x, pairs_[at(p)].other);
+    sum += of_pairs.head<3>();
+    for (Index b = bending_start_[at(n)]; b < bending_start_[at(n + 1)]; ++b)
+      sum += bending_pairs_[at(b)].bend * at_node(x, bending_pairs_[at(b)].other);
     if (contact_rows && !f.all) sum = (f.free * sum + f.normal.dot(sum) * f.drag).eval();
     at_node(y, n) = sum;
   });
@@ -311,9 +330,10 @@ void ClothTangent::factor(const ClothSystem& s, const std::vector<NodeFreedom>& 
     for (Index l = s.link_start(n); l < s.link_start(n + 1); ++l) {
       if (factor.link[at(l)].stride == 0) continue;
       const Link link = s.link(l);
-      const Index e = edge_of_[at(l)];
-      Matrix3 between = (factor.all ? link.bend : std::min(link.bend, Real(0))) * Matrix3::Identity();
-      if (e >= 0) between += e % 2 == 0 ? shared_[at(e / 2)] : Matrix3(shared_[at(e / 2)].transpose());
+      const Index pair = pair_of_[at(l)];
+      Matrix3 between = link.bend * Matrix3::Identity();
+      if (pair >= 0) between = between_[at(pair)].topRows<3>();
+      if (!factor.all) between.diagonal().array() -= std::max(link.bend, Real(0));
       if (!f.all) between = (f.free * between).eval();
       const NodeFreedom& other = freedom[at(link.other)];
       if (!other.all) between = (between * other.free).eval();

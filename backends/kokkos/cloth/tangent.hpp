@@ -31,7 +31,7 @@ class ClothTangent {
   /// The block of node n.
   Matrix3 own(Index n) const { return own_[at(n)] + bending_[at(n)] * Matrix3::Identity(); }
   /// rho −= K times `change` of node n, on the nodes that share an entry with it.
-  void subtract_change(const ClothSystem& s, Index n, const Column3& change, NodeVector& rho) const;
+  void subtract_change(Index n, const Column3& change, NodeVector& rho) const;
   /// y = K x, of all rows as contact leaves them (`freedom`) or as they are (null).
   void multiply(const ClothSystem& s, const std::vector<NodeFreedom>& freedom, bool contact_rows, const NodeVector& x,
                 NodeVector& y) const;
@@ -61,18 +61,35 @@ class ClothTangent {
     std::vector<Target> own, link;
     std::vector<Real> bending;  // of each node, N/m: the part of B_nn that belongs to its pairs
   };
+  /// K between a node and another that shares an edge with it, with a fourth row of zeros: columns are loaded whole.
+  using PairBlock = Eigen::Matrix<Real, 4, 3>;
+  struct Pair {
+    Index other, edge;  // edge: as edge_of_
+    Real bend;          // N/m
+  };
+  /// What only bending joins.
+  struct BendingPair {
+    Index other;
+    Real bend;  // N/m
+  };
   /// What a triangle adds to an edge: its block (triangle · 6 + 3 + pair), or that turned over.
   struct EdgePart {
     std::size_t block;
     bool transposed;
   };
   void find_edges(const ClothSystem& s, Index triangles);
+  void list_pairs(const ClothSystem& s);
   NodeGraph pattern_of(const ClothSystem& s, bool all) const;
   void make_room(const ClothSystem& s, Factor& f) const;
   void add_triangles(const ClothSystem& s, const std::vector<Double3>& shift);
 
   Index nodes_, edges_, triangles_;
-  std::vector<Index> edge_of_;     // of each link: 2 · edge, + 1 on the edge's second node; −1: it only bends
+  std::vector<Index> edge_of_;  // of each link: 2 · edge, + 1 on the edge's second node; −1: it only bends
+  std::vector<Index> pair_of_;  // of each link that has an edge
+  std::vector<Index> pair_start_, bending_start_;  // of each node
+  std::vector<Pair> pairs_;
+  std::vector<PairBlock> between_;  // of each pair, with its bending
+  std::vector<BendingPair> bending_pairs_;
   std::vector<Index> part_start_;  // of each edge, in parts_
   std::vector<EdgePart> parts_;
   std::vector<Matrix3> own_, shared_;  // of each node; of each edge, row of its first node
