@@ -4,8 +4,12 @@
 
 namespace drench::kokkos_backend {
 
-void set_clearance(const Bodies& bodies, Cloth& cloth, Real dt) {
+void set_clearance(const Constants& constants, const Bodies& bodies, Cloth& cloth, Real dt) {
   if (bodies.solids.extent(0) == 0) return;
+  const Version both = cloth.moved + bodies.moved;
+  if (cloth.cleared == both && cloth.cleared_for == dt && !constants.model.has_dynamic_body()) return;
+  cloth.cleared = both;
+  cloth.cleared_for = dt;
   allocate_zeros(cloth.nodes.clearance, "drench::node_clearance", static_cast<std::size_t>(cloth.nodes.count));
   const Slice<const Solid> solids = bodies.solids;
   const Materials materials = node_materials(cloth);

@@ -5,7 +5,8 @@
 
 namespace drench::kokkos_backend {
 
-/// Sets nodes.clearance, of nodes where they begin the step and solids where they end it. Without solids nothing.
-void set_clearance(const Bodies& bodies, Cloth& cloth, Real dt);
+/// Sets nodes.clearance, of nodes where they begin the step and solids where they end it. Without solids nothing; one
+/// stage of a step does it for all, unless solids may have changed their velocity since.
+void set_clearance(const Constants& constants, const Bodies& bodies, Cloth& cloth, Real dt);
 
 }  // namespace drench::kokkos_backend

@@ -134,6 +134,8 @@ struct Cloth {
   Version moved;                      // of the nodes' positions
   Version soaked;                     // of the liquid in them
   Version weighed = Version::none();  // that nodes.inverse_mass is of
+  Version cleared = Version::none();  // of nodes and bodies that nodes.clearance is of, ...
+  Real cleared_for = 0;               // ... and in a step of this length, s
   Cached<SampleBounds> sample_bounds;
   Cached<CellTable> sample_cells;            // their edge is h
   Version samples_placed = Version::none();  // that samples.position and .normal are of

@@ -12,6 +12,7 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr int most_iterations = 40;   // of one solve
+constexpr double unanswered = 0.1;    // of the goal: so much of it a call after the first one may leave as it is
 constexpr int most_linear = 60;       // iterations of a linear solve
 constexpr double forcing = 0.05;      // of the linear residual that may be left
 constexpr double no_progress = 1e-8;  // of the square of the linear residual, if an iteration takes away no more
@@ -35,7 +36,7 @@ constexpr double rounding = 0.5 * 2.2e-16;          // of Σ D L: what the sums 
 NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)
     : nodes_(cloth.nodes.count),
       mean_edge_(double(cloth.mesh.mean_edge)),
-      exact_(cloth),
+      exact_(cloth, system),
       tangent_(cloth, system),
       anderson_(nodes_) {
   const std::size_t n = at(nodes_);
@@ -58,7 +59,10 @@ NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)
 void NewtonCloth::prepare(const Cloth& cloth, const ClothSystem& s, bool pushes_bodies) {
   fresh_ = true;
   margin_ = pushes_bodies ? margin_at_dynamic_bodies : 0;
-  if (placed_ == cloth.moved && dt_ == s.dt) return;
+  const bool same_step = placed_ == cloth.moved && dt_ == s.dt;
+  if (!same_step || pushes_bodies) away_.assign(s.solids.count > 0 ? at(nodes_) : 0, {});
+  if (same_step) return;
+  exact_.begin_step(s);
   placed_ = cloth.moved;
   dt_ = s.dt;
   warm_ = false;
@@ -190,15 +194,17 @@ void NewtonCloth::start(const ClothSystem& s, const Entries<const Real3>& displa
   host_parallel("drench::cloth::newton_begin", nodes_, [&](const Index n) {
     Double3& shift = now_.shift[at(n)];
     shift = widen(displacement(n));
-    if (!s.pinned(n)) shift = project_out(s.solids, s.start(n), shift, s.clearance(n));
+    if (!s.pinned(n) && s.solids.count > 0 && !is_away(n, shift))
+      shift = project_out(s.solids, s.start(n), shift, s.clearance(n));
   });
 }
 
 bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSystem& s, ClothProgress& progress, int most,
                       double tolerance) {
+  // A load that has hardly changed since the last call needs no answer.
+  const double settled = fresh_ ? -1 : unanswered;
   if (fresh_) start(s, displacement);
   fresh_ = false;
-  away_.assign(s.solids.count > 0 ? at(nodes_) : 0, {});
   goal_ = goal_of(s, tolerance);
   measure(s, now_);
   anderson_.clear();
@@ -206,7 +212,7 @@ bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSyste
   Vectors best_shift;
   std::vector<double> past;
   const int cap = std::min(most, most_iterations);
-  for (int k = 0; k < cap && !(now_.over_goal <= 1 && k > 0); ++k) {
+  for (int k = 0; k < cap && !(now_.over_goal <= (k == 0 ? settled : 1)); ++k) {
     stop_if_requested();
     slow_ = k >= slow_after && now_.over_goal > 0.5 * past[at(k - 3)];
     const bool stands = slow_ && k >= stands_after && k / 4 % 2 == 1;

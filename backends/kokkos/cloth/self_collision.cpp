@@ -146,7 +146,7 @@ void self_collision(const Constants& constants, Bodies& bodies, Cloth& cloth, Se
   const Real dt = static_cast<Real>(info.dt);
   allocate(constants, cloth, work);
   place_solids(constants, bodies, info);
-  set_clearance(bodies, cloth, dt);
+  set_clearance(constants, bodies, cloth, dt);
   place_pins(constants, cloth, info);
   refresh_inverse_mass(constants, cloth);
   const bool resident = prepare_resident_collision(work);

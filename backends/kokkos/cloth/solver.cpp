@@ -193,7 +193,7 @@ ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverW
 ClothSystem weigh_cloth(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
                         Real dt) {
   allocate(constants, cloth, solver);
-  set_clearance(bodies, cloth, dt);
+  set_clearance(constants, bodies, cloth, dt);
   const ClothSystem system(bodies, cloth, solver, dt);
   masses_and_diagonals(constants, cloth, system);
   return system;

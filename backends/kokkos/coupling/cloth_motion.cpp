@@ -120,7 +120,7 @@ struct MoveCloth {
 
 void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bodies, Cloth& cloth, AdvectionWork& work,
                 Real dt) {
-  set_clearance(bodies, cloth, dt);
+  set_clearance(constants, bodies, cloth, dt);
   std::swap(cloth.nodes.position, work.start);
   const Index nodes = cloth.nodes.count, triangles = fluid.particles.total > 0 ? cloth.mesh.triangles : 0;
   const MoveCloth move{work.start,
