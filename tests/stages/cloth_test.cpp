@@ -135,6 +135,27 @@ TEST(cloth, iterations_stall_where_their_residual_has_stopped_falling) {
   EXPECT_FALSE(moved.stalls());
 }
 
+// Where Newton's method follows, iterations that would take longer end early.
+TEST(cloth, iterations_end_where_they_are_expected_to_take_longer_than_what_follows) {
+  const auto checks_until_end = [](double worth, const std::function<double(int)>& residual) {
+    kokkos_backend::ClothProgress p;
+    p.ends_at_stall = true;
+    p.worth = worth;
+    int checks = 0;
+    for (; checks < 300 && !p.stalls(); ++checks) p.judge(residual(checks));
+    return checks;
+  };
+  // 1e3 falls to 1 within 69 checks, 690 iterations, at 10 % per check.
+  const auto steady = [](int k) { return 1e3 * std::pow(0.9, k); };
+  const int second = 2 * kokkos_backend::forecast_checks;
+  EXPECT_EQ(checks_until_end(450, steady), second) << "465 more are needed";
+  EXPECT_EQ(checks_until_end(480, steady), 300);
+  EXPECT_EQ(checks_until_end(1e300, steady), 300);
+  // What falls only after a while is given the time until the second forecast.
+  EXPECT_EQ(checks_until_end(480, [](int k) { return k < 12 ? 1e3 : 1e3 * std::pow(0.7, k - 12); }), 300);
+  EXPECT_EQ(checks_until_end(1e4, [](int k) { return 1e3 * std::pow(1.01, k % 10); }), second) << "no fall at all";
+}
+
 TEST(cloth, by_xpbd_in_contact_with_a_sphere_agrees_with_the_reference) {
   compare_stage(
       {.stage = Stage::cloth, .scene = xpbd_scene(), .prepare = press_on_the_sphere, .changes = "node_contact_force"});

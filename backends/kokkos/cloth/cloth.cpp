@@ -91,6 +91,7 @@ void cloth(const Constants& constants, Bodies& bodies, Cloth& cloth, ClothSolver
     const bool again = iteration.has_value();
     iteration.emplace(constants, bodies, cloth, solver, dt);
     aim(constants, cloth, solver, iteration->system(), dt, loaded, again);
+    iteration->end_early_for_host();
     iteration->run(constants.model.scene.cloth_solver.max_iterations);
     iteration->finish_on_host();
     iteration->line_search();

@@ -13,10 +13,22 @@ inline constexpr int patient = 9;  // checks after which xpbd's residual must ha
 // Checks in which the residual has to fall to this part of what it was, else the iterations stall (docs/dev/cloth.md).
 inline constexpr int stall_checks = 40;
 inline constexpr double stall_part = 0.95;
+// Every so many checks, from the second time on, the fall of the residual tells how many iterations are still needed.
+inline constexpr int forecast_checks = 10;
+// So many iterations on a GPU take as long as Newton's method on its host, per node (docs/dev/cloth.md).
+inline constexpr double iterations_per_node = 0.15;
 
 /// The residual in units of its goal, of the nodes' shares (ClothSystem::imbalance).
 KOKKOS_INLINE_FUNCTION double over_goal(const TwoSums& sums) {
   return sums.first == 0 ? 0 : sums.first / sums.second;  // what is not finite stays so
+}
+
+/// Does a residual that has fallen from `before` to `now` since the last forecast, if it goes on like that, take more
+/// than `most` iterations down to its goal?
+KOKKOS_FUNCTION DRENCH_SELDOM inline bool takes_more(double most, double before, double now) {
+  if (!(now > 1)) return false;
+  const double fall = Kokkos::log(before / now);
+  return !(forecast_checks * check_interval * Kokkos::log(now) <= most * larger(0.0, fall));
 }
 
 /// Chebyshev's weights (Wang 2015) and what the checks have found.
@@ -26,7 +38,11 @@ struct ClothProgress {
   double last_progress = 1e300;  // the residual that counts for a stall
   int since_progress = 0;        // checks
   bool ends_at_stall = false;    // Newton's method follows, or has been tried
-  int patience = 0;              // checks after which the residual must be below the marked one; 0: it may be anything
+  double worth = 1e300;          // iterations that a forecast may ask for: more take longer than Newton's method
+  double forecast_from = 1e300;  // the residual at the last forecast
+  int checks = 0;
+  bool is_hopeless = false;
+  int patience = 0;  // checks after which the residual must be below the marked one; 0: it may be anything
 
   /// ω of the next iteration.
   KOKKOS_INLINE_FUNCTION Real next_weight() {
@@ -40,10 +56,13 @@ struct ClothProgress {
   KOKKOS_INLINE_FUNCTION void move_on(bool solids) {
     restart(solids ? plain_iterations : plain_iterations_later);
     if (patience > 0 && residual > 1) patience = 1;
-    smallest = marked = last_progress = 1e300;
-    since_progress = 0;
+    smallest = marked = last_progress = forecast_from = 1e300;
+    since_progress = checks = 0;
+    is_hopeless = false;
   }
-  KOKKOS_INLINE_FUNCTION bool stalls() const { return ends_at_stall && since_progress >= stall_checks; }
+  KOKKOS_INLINE_FUNCTION bool stalls() const {
+    return ends_at_stall && (since_progress >= stall_checks || is_hopeless);
+  }
   /// If the residual has not fallen in time, or has grown tenfold over the smallest so far, ρ is lowered and the
   /// weights start again.
   KOKKOS_INLINE_FUNCTION void judge(double found) {
@@ -56,6 +75,10 @@ struct ClothProgress {
     if (found < stall_part * last_progress) {
       last_progress = found;
       since_progress = 0;
+    }
+    if (++checks % forecast_checks == 0) {
+      is_hopeless = worth < 1e300 && checks > forecast_checks && takes_more(worth, forecast_from, found);
+      forecast_from = found;
     }
     if (!due) return;
     marked = found;

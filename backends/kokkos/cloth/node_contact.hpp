@@ -72,6 +72,13 @@ KOKKOS_INLINE_FUNCTION Vector3<T> counted_slip(const Vector3<T>& relative, const
   return dot(slip, slip) > T(0.01) * dot(along_normal, along_normal) ? slip : Vector3<T>{};
 }
 
+/// A solid next to a node, by its number.
+template <class T>
+struct FoundSolid {
+  std::size_t solid;
+  NearSolid<T> near;
+};
+
 /// The solids that a node touches, and what presses it into each of them.
 template <class T>
 struct TouchedSolids {

@@ -252,6 +252,12 @@ void ClothIteration::run(int most) {
   progress_.residual = before;
 }
 
+void ClothIteration::end_early_for_host() {
+  if (newton_) return;
+  const double worth = iterations_per_node * cloth_.nodes.count;
+  if (worth < constants_.model.scene.cloth_solver.max_iterations) progress_.worth = worth;
+}
+
 const ClothProgress& ClothIteration::progress() {
   if (under_way_) progress_ = resident_progress(solver_);
   under_way_ = false;
@@ -277,6 +283,7 @@ void ClothIteration::finish_on_host() {
   // Its goal allows for the rounding of double precision alone, that of the iterations for the kernels'.
   keep(residual());
   progress_.move_on(system_.solids.extent(0) > 0);
+  progress_.worth = ClothProgress{}.worth;
   const int most = model.scene.cloth_solver.max_iterations / part_after_newton / check_interval;
   for (int checks = 0; checks < most && best > 1 && !progress_.stalls(); ++checks) {
     advance(check_interval);

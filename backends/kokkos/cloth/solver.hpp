@@ -222,19 +222,17 @@ struct ClothSystem {
   template <class T, class Each>
   KOKKOS_INLINE_FUNCTION NodeContact<T> contact(const NodeTerms& t, const Vector3<T>& shift, Vector3<T>& push,
                                                 Real compression, const Each& each) const {
-    std::size_t solid = 0;
+    std::size_t solid = solids.extent(0);
     NearSolid<T> near{};
-    int count = 0;
     DRENCH_ROLLED
-    for (std::size_t b = 0; b < solids.extent(0) && count < 2; ++b) {
+    for (std::size_t b = 0; b < solids.extent(0); ++b) {
       const NearSolid<T> own = near_solid(solids(b), t.start, shift, t.clearance);
       if (!in_contact(own, t)) continue;
+      if (solid < b) return contact_with_several(t, shift, push, compression, each, {solid, near}, {b, own});
       solid = b;
       near = own;
-      ++count;
     }
-    if (count == 0) return {};
-    if (count > 1) return contact_with_several(t, shift, push, compression, each);
+    if (solid == solids.extent(0)) return {};
     const NodeContact<T> c = contact_with(solid, near, t, shift, push);
     each(solid, -c.press * near.at.normal);
     return c;
@@ -257,14 +255,18 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION static bool in_contact(const NearSolid<T>& near, const NodeTerms& t) {
     return near.at.phi < near.kept + Real(0.01) * t.clearance.thickness;  // that far beyond the distance that it keeps
   }
+  /// The same of a node that more than one solid is next to, the first two of which have been found.
   template <class T, class Each>
   KOKKOS_FUNCTION DRENCH_SELDOM NodeContact<T> contact_with_several(const NodeTerms& t, const Vector3<T>& shift,
                                                                     Vector3<T>& push, Real compression,
-                                                                    const Each& each) const {
+                                                                    const Each& each, const FoundSolid<T>& one,
+                                                                    const FoundSolid<T>& two) const {
     NodeContact<T> c;
     TouchedSolids<T> touched;
     const Real thickness = t.clearance.thickness;
-    for (std::size_t b = 0; b < solids.extent(0) && touched.count < touched.most; ++b) {
+    touched.add(solids, one.solid, one.near);
+    touched.add(solids, two.solid, two.near);
+    for (std::size_t b = two.solid + 1; b < solids.extent(0) && touched.count < touched.most; ++b) {
       const NearSolid<T> own = near_solid(solids(b), t.start, shift, t.clearance);
       if (in_contact(own, t)) touched.add(solids, b, own);
     }
@@ -391,6 +393,9 @@ class ClothIteration {
   /// Iterates until the residual is within its goal, checked every 10 iterations, `most` iterations at most; the newest
   /// iterate is solver.displacement. A GPU may still be at it on return.
   void run(int most);
+  /// Newton's method on a GPU's host follows where iterations fail: they end early where they are expected to take
+  /// longer than that. Of the first call of run().
+  void end_early_for_host();
   /// Waits for the iterations. The residual is in units of its goal: converged if ≤ 1.
   const ClothProgress& progress();
   /// Where the iterations of a GPU have ended above the goal, Newton's method goes on, on its host, and then a few more
