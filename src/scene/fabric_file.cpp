@@ -10,6 +10,7 @@
 
 #include "scene/file_name.hpp"
 #include "scene/load.hpp"
+#include "scene/nearest_word.hpp"
 #include "scene/scene_error.hpp"
 
 namespace drench {
@@ -92,7 +93,12 @@ Fabric read(const Value& name, const std::string& key, const std::string& folder
   } else if (const Fabric* known = fabric_named(base->text)) {
     below = *known;
   } else {
-    refuse(base->place, "fabric", fmt::format("there is no fabric '{}'; allowed: a fabric's name or file", base->text));
+    std::vector<std::string> names;
+    for (const Fabric& f : fabrics()) names.push_back(f.name);
+    const std::string near = nearest_word(base->text, names);
+    refuse(base->place, "fabric",
+           fmt::format("there is no fabric '{}';{} allowed: a fabric's name or file", base->text,
+                       near.empty() ? "" : fmt::format(" did you mean '{}'?", near)));
   }
   for (FabricValue& v : below.values) {
     const bool own =

@@ -29,6 +29,18 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return d[a.size()][b.size()];
 }
 
+/// The one known word that begins with `start`; "" if several do.
+std::string only_word_from(const std::string& start, const std::vector<std::string>& known) {
+  constexpr std::size_t least_letters = 3;
+  std::string found;
+  for (const auto& candidate : known) {
+    if (start.size() < least_letters || candidate.compare(0, start.size(), start) != 0) continue;
+    if (!found.empty()) return "";
+    found = candidate;
+  }
+  return found;
+}
+
 }  // namespace
 
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known) {
@@ -42,7 +54,7 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
     best = candidate;
     best_distance = distance;
   }
-  return best;
+  return best.empty() ? only_word_from(word, known) : best;
 }
 
 }  // namespace drench

@@ -6,7 +6,8 @@
 
 namespace drench {
 
-/// The word of `known` with the fewest edits to `word`, at most a third of its letters; "" if none is that near.
+/// The word of `known` with the fewest edits to `word`, at most a third of its letters, or else the only one that
+/// begins with it; "" if there is none.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
 
 }  // namespace drench

@@ -13,6 +13,7 @@
 #include "base/eigen_vec.hpp"
 #include "scene/fabric_file.hpp"
 #include "scene/load.hpp"
+#include "scene/nearest_word.hpp"
 #include "scene/sequence_names.hpp"
 #include "setup/body_fields.hpp"
 #include "setup/build.hpp"
@@ -80,8 +81,10 @@ void read_fabric(Suggestion& s) {
     if (type != std::filesystem::file_type::not_found) refuse("unknown extension");
     std::vector<std::string> names;
     for (const Fabric& f : fabrics()) names.push_back(f.name);
-    throw SetupError(
-        fmt::format("there is no fabric '{}'; allowed: a .yaml file, or {}", s.fabric, fmt::join(names, ", ")));
+    const std::string near = nearest_word(s.fabric, names);
+    throw SetupError(fmt::format("there is no fabric '{}'; {}", s.fabric,
+                                 near.empty() ? fmt::format("allowed: a .yaml file, or {}", fmt::join(names, ", "))
+                                              : fmt::format("did you mean '{}'?", near)));
   }
   const std::string alone = fmt::format(
       "drench: 1\n"

@@ -176,6 +176,22 @@ double mean_edge(const Model& m, const ClothMaterial& cloth) {
   return count > 0 ? sum / count : 0;
 }
 
+/// Fabrics given in mm or g/m² are a thousand times too thick or too heavy.
+void warn_of_units(const Model& m, Lines& lines) {
+  constexpr double thickest = 0.05, heaviest = 20;  // m, kg/m²
+  for (const ClothMaterial& cloth : m.cloths) {
+    if (cloth.thickness > thickest)
+      lines.push_back(
+          fmt::format("{}: its thickness is {:.3g} m, more than that of any fabric; the unit is m: {:.3g} mm is {:.3g}",
+                      cloth_label(cloth.name), cloth.thickness, cloth.thickness, cloth.thickness / 1000));
+    if (cloth.areal_density > heaviest)
+      lines.push_back(
+          fmt::format("{}: its areal_density is {:.4g} kg/m², more than that of any fabric; the unit is kg/m²: {:.4g} "
+                      "g/m² is {:.4g}",
+                      cloth_label(cloth.name), cloth.areal_density, cloth.areal_density, cloth.areal_density / 1000));
+  }
+}
+
 void warn_of_cloth_meshes(const Model& m, Lines& lines) {
   constexpr double coarsest = 6, finest = 0.25;  // spacings
   for (const ClothMaterial& cloth : m.cloths) {
@@ -395,6 +411,7 @@ std::vector<std::string> plan_warnings(const Model& model, const HostState& stat
     warn_of_cloth_meshes(model, lines);
     warn_of_jets(model, state, lines);
   }
+  warn_of_units(model, lines);
   warn_of_bodies_in_solids(model, lines);
   warn_of_falling_cloths(model, lines);
   warn_of_limits_by_xpbd(model, lines);

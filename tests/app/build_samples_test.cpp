@@ -127,6 +127,16 @@ TEST(BuildPins, EachKind) {
   EXPECT_EQ(pinned(pin).size(), 20u);
 }
 
+TEST(BuildCloths, ValuesInOtherUnitsAreWarnedOf) {
+  Scene scene = cloth_scene();
+  EXPECT_FALSE(any_has(build(scene).warnings, "of any fabric"));
+  scene.cloths[0].material.thickness = 0.3;
+  EXPECT_TRUE(any_has(build(scene).warnings,
+                      "its thickness is 0.3 m, more than that of any fabric; the unit is m: 0.3 mm is 0.0003"));
+  scene.cloths[0].material.areal_density = 180;
+  EXPECT_TRUE(any_has(build(scene).warnings, "the unit is kg/m²: 180 g/m² is 0.18"));
+}
+
 TEST(BuildSaturation, FillsAndHoldsNodes) {
   Scene scene = cloth_scene({1, 1}, {5, 5});
   ClothScene& cloth = scene.cloths[0];

@@ -146,7 +146,10 @@ TEST(FabricFiles, WrongOnesAreRefusedAtTheirPlace) {
   expect("bad.yaml", "areal_density: -1\n", "bad.yaml:1:16: cloth.0.areal_density: '-1' is out of range");
   expect("word.yaml", "colour: red\n",
          "word.yaml:1:1: colour: is no key of a fabric; allowed: fabric, about, areal_density");
-  expect("base.yaml", "fabric: denin\n", "base.yaml:1:9: fabric: there is no fabric 'denin'");
+  expect("base.yaml", "fabric: denin\n", "base.yaml:1:9: fabric: there is no fabric 'denin'; allowed");
+  expect("base.yaml", "fabric: denin_11oz\n",
+         "base.yaml:1:9: fabric: there is no fabric 'denin_11oz'; did you mean 'denim_11oz'? allowed: a fabric's name "
+         "or file");
   expect("loop.yaml", "fabric: loop.yaml\n", "loop.yaml:1:9: fabric: is more than 8 files deep, or names itself");
   expect("list.yaml", "- 1\n", "list.yaml:1:1: fabric: is not a map");
   expect("dry.yaml", "drench: 1\n", "dry.yaml:1:1: cloth: is missing");

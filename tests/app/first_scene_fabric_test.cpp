@@ -101,7 +101,9 @@ TEST_F(NewSceneOfFabric, ShortensTheStepAlone) {
 }
 
 TEST_F(NewSceneOfFabric, NamesWhatIsAllowed) {
-  expect_refusal({"new", "--fabric", "denim"}, "there is no fabric 'denim'; allowed: a .yaml file, or ");
+  expect_refusal({"new", "--fabric", "denim"}, "there is no fabric 'denim'; did you mean 'denim_11oz'?");
+  expect_refusal({"new", "--fabric", "cotton_intrelock"}, "did you mean 'cotton_interlock'?");
+  expect_refusal({"new", "--fabric", "polyester"}, "there is no fabric 'polyester'; allowed: ");
   expect_refusal({"new", "--fabric", "nothing.yaml"}, "fabric file 'nothing.yaml': there is no such file");
   expect_refusal({"new", "--fabric", ""}, "--fabric: it has no name");
   std::filesystem::create_directories(here() / "folder.yaml");
