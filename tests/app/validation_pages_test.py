@@ -89,6 +89,21 @@ class Pages(Case):
                     "| error; loss | drops; strips |"):
             self.assertIn(row, page)
 
+    def test_abbreviations(self):
+        file = self.write("themes.txt", "[scorecard]\n\n[drop]\ntests: drop.*\nshort: , over ρgH =>\nshort: mean of nine => mean\n")
+        theme = validation.read_themes(file)[1][0]
+        row = validation.Row("drop.test", "drop: error, over ρgH", "mean of nine", "1", "0.1", "1", True, "float", 0, 0, "")
+        short = validation.shortened(validation.Case({"float": row}), theme.short).any()
+        self.assertEqual((short.case, short.reference, row.case), ("drop: error", "mean", "drop: error, over ρgH"))
+
+    def test_quantities_share_rows(self):
+        self.validate(RUN + "".join(
+            f"VALIDATION3|hydrostatic.test|column: {what}|at rest|1|{value}|1|yes|float|0|0|\n"
+            for what, value in (("speed at 4 ms", 0.1), ("mean force", 0.2), ("speed at 2 ms", 0.3))))
+        page = self.page("liquid_at_rest")
+        for row in ("| column | speed at 4 or 2 ms (2 cases) | at rest | 1 | 0.3 | – |", "|  | mean force |  | 1 | 0.2 | – |"):
+            self.assertIn(row, page)
+
     def test_logs(self):
         self.assertIn("no theme for drip.spreads_on_a_plate", self.validate(FLOAT.replace("drop.spreads", "drip.spreads")))
         self.assertIn("| angle |", self.page("other"))

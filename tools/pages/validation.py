@@ -13,7 +13,7 @@ import fnmatch
 import math
 import re
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[2]
 VERSION = "3"
 SLACK = 0.1  # allowed_slack of tests/support/validation.hpp
 PRECISIONS = ("float", "double")
-MARK = "<!-- Written by tools/validate: not edited by hand. -->"
+MARK = "<!-- Written by tools/validate -->"
 MEASURED = [f"Measured, {precision}" for precision in PRECISIONS]
 PICTURE = "scorecard.svg"
 CASES = "dev/validation_cases.md"
@@ -89,6 +89,7 @@ class Theme:
     tests: list
     introduction: str
     cases: list = field(default_factory=list)
+    short: list = field(default_factory=list)  # [(text of its cases, what its page writes for it)]
 
     def missed(self):
         return [c for c in self.cases if c.missed()]
@@ -153,6 +154,8 @@ def read_themes(path):
             themes[-1].title = found[1]
         elif found := re.fullmatch(r"tests: (.*)", line):
             themes[-1].tests += found[1].split()
+        elif found := re.fullmatch(r"short: (.*) =>(?: (.*))?", line):
+            themes[-1].short.append((found[1], found[2] or ""))
         else:
             themes[-1].introduction += line + "\n"
     if not themes or themes[0].name != "scorecard":
@@ -218,15 +221,24 @@ class Line:
         expected = "" if len(one.reference.split()) <= 2 else one.reference
         return split(self.cases[0])[1], expected, target(self.cases[0]), one.unit
 
+    def quantities(self):
+        return list(dict.fromkeys(split(case)[1] for case in self.cases))
+
     def subject(self):
-        many = f" ({len(self.cases)} cases)" if len(self.cases) > 1 else ""
-        return text(joined(self.subjects())[0]) + many
+        subjects = self.subjects()
+        many = f" ({len(subjects)} cases)" if len(subjects) > 1 else ""
+        return text(joined(subjects)[0]) + many
+
+    def quantity(self):
+        quantities = self.quantities()
+        many = f" ({len(quantities)} cases)" if len(quantities) > 1 else ""
+        return text(joined(quantities)[0]) + many
 
     def cells(self, reasons):
         one = self.cases[0].any()
         expected = either([case.any().reference for case in self.cases])
         limit = target(self.cases[0]) + ("" if one.unit == "1" else f" {text(one.unit)}")
-        return text(split(self.cases[0])[1]), text(expected), limit, *(self.largest(p, reasons) for p in PRECISIONS)
+        return self.quantity(), text(expected), limit, *(self.largest(p, reasons) for p in PRECISIONS)
 
     def largest(self, precision, reasons):
         rows = [case.rows[precision] for case in self.cases if precision in case.rows]
@@ -271,7 +283,7 @@ def variations(texts):
     ("", 0) where they are too different."""
     words = [one.split(" ") for one in texts]
     if len({len(w) for w in words}) > 1:
-        return "", 0
+        return (either(texts), len(texts)) if max(map(len, words)) <= LONGEST_VARIATION + 2 else ("", 0)
     varied = [(first, end, list(dict.fromkeys(" ".join(w[first:end]) for w in words))) for first, end in runs_of(words)]
     if any(end - first > LONGEST_VARIATION for first, end, _ in varied):
         return "", 0
@@ -305,15 +317,18 @@ def joined(subjects):
 
 
 def whole(line):
-    """[Line] that stand for no more than their cases: the line, or its parts by the first part of the subject that varies."""
+    """[Line] that stand for no more than their cases: the line, or its parts by that part of the subject that leaves the fewest."""
     subjects = line.subjects()
     if len(subjects) == 1 or joined(subjects)[1] == len(subjects):
         return [line]
-    k = next(k for k, column in enumerate(zip(*map(parts_of, subjects))) if len(set(column)) > 1)
-    parts = {}
-    for case in line.cases:
-        parts.setdefault(parts_of(split(case)[0])[k], []).append(case)
-    return [one for cases in parts.values() for one in whole(Line(cases))]
+    found = []
+    for k, column in enumerate(zip(*map(parts_of, subjects))):
+        if len(set(column)) > 1:
+            parts = {}
+            for case in line.cases:
+                parts.setdefault(parts_of(split(case)[0])[k], []).append(case)
+            found.append([one for cases in parts.values() for one in whole(Line(cases))])
+    return min(found, key=len)
 
 
 def is_exact(case):
@@ -336,7 +351,22 @@ def lines_of(cases):
             found.append(one)
     found = [part for line in found for part in whole(line)]
     subjects = list(dict.fromkeys(line.subject() for line in found))
-    return sorted(found, key=lambda line: subjects.index(line.subject()))
+    merged = []
+    for line in sorted(found, key=lambda line: subjects.index(line.subject())):
+        if not any(merge_quantity(one, line) for one in merged):
+            merged.append(line)
+    return merged
+
+
+def merge_quantity(line, other):
+    """Adds the other line to the line where they differ in a parameter of the quantity alone."""
+    quantities = [*line.quantities(), *other.quantities()]
+    references = {case.any().reference for case in (*line.cases, *other.cases)}
+    alike = (line.subject(), *line.key()[2:]) == (other.subject(), *other.key()[2:]) and len(references) == 1
+    if not alike or any(case.missed() for case in (*line.cases, *other.cases)) or joined(quantities)[1] != len(quantities):
+        return False
+    line.cases += other.cases
+    return True
 
 
 def exact_table(cases):
@@ -357,19 +387,33 @@ def count(number, noun):
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
+def shortened(case, short):
+    """The case with the abbreviations of its page."""
+    if not short:
+        return case
+    rows = {}
+    for precision, row in case.rows.items():
+        label, reference = row.case, row.reference
+        for long, brief in short:
+            label, reference = label.replace(long, brief), reference.replace(long, brief)
+        rows[precision] = replace(row, case=label, reference=reference)
+    return replace(case, rows=rows)
+
+
 def theme_page(theme):
-    reasons, before, table = [], "", []
+    reasons, before, table = [], ("", ""), []
     exact = [case for case, after in zip(theme.cases, [*theme.cases[1:], None])
              if is_exact(case) and not (after and after.any().case.startswith("the same"))]
-    found = lines_of([case for case in theme.cases if case not in exact])
+    found = lines_of([shortened(case, theme.short) for case in theme.cases if case not in exact])
     for line in found:
-        subject = line.subject()
-        table.append(table_row("" if subject == before else subject, *line.cells(reasons)))
-        before = subject
+        subject, (quantity, expected, *rest) = line.subject(), line.cells(reasons)
+        same = subject == before[0]
+        table.append(table_row("" if same else subject, quantity, "" if same and expected == before[1] else expected, *rest))
+        before = subject, expected
     missed = len(theme.missed())
     counted = f"{count(len(theme.cases), 'case')}, {f'{missed} not met' if missed else 'all met'}."
     if any(len(line.cases) > 1 for line in found):
-        counted += " A row of several cases shows their largest value."
+        counted += " Rows of several cases show the largest value."
     lines = [MARK, f"# {theme.title}", "", theme.introduction, "",
              f"{counted} [Each case by itself](../{CASES}#{anchor(theme.title)}), [scorecard](README.md)"]
     if table:
