@@ -5,6 +5,7 @@ a theme; the test program prints what the tool reads."""
 import re
 import sys
 import unittest
+from dataclasses import replace
 
 from support import BUILD, SOURCE, Case, call, main
 
@@ -90,11 +91,16 @@ class Pages(Case):
             self.assertIn(row, page)
 
     def test_abbreviations(self):
-        file = self.write("themes.txt", "[scorecard]\n\n[drop]\ntests: drop.*\nshort: , over ρgH =>\nshort: mean of nine => mean\n")
+        file = self.write("themes.txt", "[scorecard]\n\n[drop]\ntests: drop.*\nshort: , over ρgH =>\nshort: mean of nine => mean\n"
+                                       "detail: inner\n")
         theme = validation.read_themes(file)[1][0]
         row = validation.Row("drop.test", "drop: error, over ρgH", "mean of nine", "1", "0.1", "1", True, "float", 0, 0, "")
         short = validation.shortened(validation.Case({"float": row}), theme.short).any()
         self.assertEqual((short.case, short.reference, row.case), ("drop: error", "mean", "drop: error, over ρgH"))
+        inner = replace(row, case="drop: inner", reference="0")
+        for met, counted in ((True, "#drop) (1 is only there), [scorecard"), (False, "#drop), [scorecard")):
+            theme.cases = [validation.Case({"float": row}), validation.Case({"float": replace(inner, met=met)})]
+            self.assertIn(counted, validation.theme_page(theme))
 
     def test_quantities_share_rows(self):
         self.validate(RUN + "".join(

@@ -90,6 +90,7 @@ class Theme:
     introduction: str
     cases: list = field(default_factory=list)
     short: list = field(default_factory=list)  # [(text of its cases, what its page writes for it)]
+    details: list = field(default_factory=list)  # texts of cases that only the list of each case has, unless they are missed
 
     def missed(self):
         return [c for c in self.cases if c.missed()]
@@ -154,6 +155,8 @@ def read_themes(path):
             themes[-1].title = found[1]
         elif found := re.fullmatch(r"tests: (.*)", line):
             themes[-1].tests += found[1].split()
+        elif found := re.fullmatch(r"detail: (.*)", line):
+            themes[-1].details.append(found[1])
         elif found := re.fullmatch(r"short: (.*) =>(?: (.*))?", line):
             themes[-1].short.append((found[1], found[2] or ""))
         else:
@@ -402,9 +405,10 @@ def shortened(case, short):
 
 def theme_page(theme):
     reasons, before, table = [], ("", ""), []
-    exact = [case for case, after in zip(theme.cases, [*theme.cases[1:], None])
+    shown = [case for case in theme.cases if case.missed() or not any(one in case.any().case for one in theme.details)]
+    exact = [case for case, after in zip(shown, [*shown[1:], None])
              if is_exact(case) and not (after and after.any().case.startswith("the same"))]
-    found = lines_of([shortened(case, theme.short) for case in theme.cases if case not in exact])
+    found = lines_of([shortened(case, theme.short) for case in shown if case not in exact])
     for line in found:
         subject, (quantity, expected, *rest) = line.subject(), line.cells(reasons)
         same = subject == before[0]
@@ -412,10 +416,10 @@ def theme_page(theme):
         before = subject, expected
     missed = len(theme.missed())
     counted = f"{count(len(theme.cases), 'case')}, {f'{missed} not met' if missed else 'all met'}."
-    if any(len(line.cases) > 1 for line in found):
-        counted += " Rows of several cases show the largest value."
+    hidden = len(theme.cases) - len(shown)
+    hidden = f" ({hidden} {'is' if hidden == 1 else 'are'} only there)" if hidden else ""
     lines = [MARK, f"# {theme.title}", "", theme.introduction, "",
-             f"{counted} [Each case by itself](../{CASES}#{anchor(theme.title)}), [scorecard](README.md)"]
+             f"{counted} [Each case by itself](../{CASES}#{anchor(theme.title)}){hidden}, [scorecard and notation](README.md)"]
     if table:
         heads = "Case", "Quantity", "Expected", "Limit", *MEASURED
         lines += ["", table_row(*heads), "|---" * len(heads) + "|", *table]
