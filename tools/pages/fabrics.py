@@ -81,10 +81,13 @@ def overview(fabrics):
 
 
 def table_of_bases(fabrics):
-    lines = ["| `fabric` | " + " | ".join(SUBJECTS) + " |", "|" + "---|" * (len(SUBJECTS) + 1)]
+    """Fabrics whose values have the same bases share a row."""
+    shared = {}
     for name, fabric in fabrics.items():
-        lines.append(f"| `{name}` | " + " | ".join(basis(fabrics, values_of(fabric, keys)) for keys in SUBJECTS.values()) + " |")
-    return "\n".join(lines)
+        row = tuple(basis(fabrics, values_of(fabric, keys)) for keys in SUBJECTS.values())
+        shared.setdefault(row, []).append(f"`{name}`")
+    lines = ["| `fabric` | " + " | ".join(SUBJECTS) + " |", "|" + "---|" * (len(SUBJECTS) + 1)]
+    return "\n".join(lines + [f"| {', '.join(names)} | {' | '.join(row)} |" for row, names in shared.items()])
 
 
 def subject(units, fabrics, title, keys):
