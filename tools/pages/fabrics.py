@@ -80,31 +80,47 @@ def overview(fabrics):
     return "\n".join(lines + ["", f"Of all {len(bases)} values {measured} are measured, {derived} derived, {similar} similar and {assumed} assumed."])
 
 
+def listed(fabrics, names):
+    """The names, with all fabrics of socks as one."""
+    socks = [name for name in fabrics if name.startswith("sock_")]
+    if set(socks) <= set(names):
+        names = [name for name in names if name not in socks] + ["sock_…"]
+    return ", ".join(f"`{name}`" for name in names)
+
+
 def table_of_bases(fabrics):
     """Fabrics whose values have the same bases share a row."""
     shared = {}
     for name, fabric in fabrics.items():
         row = tuple(basis(fabrics, values_of(fabric, keys)) for keys in SUBJECTS.values())
-        shared.setdefault(row, []).append(f"`{name}`")
+        shared.setdefault(row, []).append(name)
     lines = ["| `fabric` | " + " | ".join(SUBJECTS) + " |", "|" + "---|" * (len(SUBJECTS) + 1)]
-    return "\n".join(lines + [f"| {', '.join(names)} | {' | '.join(row)} |" for row, names in shared.items()])
+    return "\n".join(lines + [f"| {listed(fabrics, names)} | {' | '.join(row)} |" for row, names in shared.items()])
 
 
 def subject(units, fabrics, title, keys):
-    """A table of some keys. Fabrics with the same values of the same basis and source share a row."""
-    shared = {}
+    """A table of some keys. Fabrics with the same values of the same basis and source share a row. A value that all fabrics have
+    stands above the table."""
+    shared, common = {}, {}
+    for key in keys:
+        found = {value["value"] for fabric in fabrics.values() for value in fabric["values"] if value["key"] == key}
+        if len(found) == 1:
+            common[key] = found.pop()
+    keys_shown = [key for key in keys if key not in common]
     for name, fabric in fabrics.items():
         values = values_of(fabric, keys)
         sources = {value["source"] for value in values}
         if len(values) != len(keys) or len(sources) != 1:
             sys.exit(f"{DATA}: {name}: {', '.join(keys)}: not all there, or of several sources")
         notes = "; ".join(dict.fromkeys(value["note"] for value in values))
-        row = *(value["value"] for value in values), basis(fabrics, values), *sources, notes
-        shared.setdefault(row, []).append(f"`{name}`")
-    heads = [f"`{key}`{', ' + units[key] if key in units else ''}" for key in keys]
-    lines = ["", f"## {title}", "", f"| Fabric | {' | '.join(heads)} | Basis | Source | Sample or computation |",
-             "|" + "---|" * (len(keys) + 4)]
-    return lines + [f"| {', '.join(names)} | {' | '.join(row)} |" for row, names in shared.items()]
+        row = *(value["value"] for value in values if value["key"] in keys_shown), f"{basis(fabrics, values)} ({', '.join(sources)})", notes
+        shared.setdefault(row, []).append(name)
+    heads = [f"`{key}`{', ' + units[key] if key in units else ''}" for key in keys_shown]
+    lines = ["", f"## {title}", ""]
+    for key, value in common.items():
+        lines += [f"All fabrics have `{key}` {value}.", ""]
+    lines += [f"| Fabric | {' | '.join(heads)} | Basis (source) | Sample or computation |", "|" + "---|" * (len(keys_shown) + 3)]
+    return lines + [f"| {listed(fabrics, names)} | {' | '.join(row)} |" for row, names in shared.items()]
 
 
 def appendix(units, sources, fabrics):
