@@ -123,7 +123,7 @@ TEST(bodies, moving_solids_stop_cloth_and_liquid_as_in_the_reference) {
   compare_stage(
       {.stage = Stage::cloth, .scene = moving_scene(), .prepare = onto_the_sphere, .changes = "node_contact_force"});
   // The cloth converges in both. Two iterations of the liquid: from the third on a GPU keeps pairs in 16 bits
-  // (docs/manual/compare.md), which particles as close as these would tell.
+  // (docs/dev/comparison.md), which particles as close as these would tell.
   const std::string two =
       with(moving_scene(), "max_iterations: 6, min_iterations: 6", "max_iterations: 2, min_iterations: 2");
   compare_stage({.stage = Stage::pressure,
