@@ -28,7 +28,8 @@ void ExactResidual::begin_step(const ClothSystem& s) {
   });
 }
 
-void ExactResidual::evaluate(const ClothSystem& s, const std::vector<Double3>& shift, std::vector<Double3>& residual) {
+void ExactResidual::evaluate_elastic(const ClothSystem& s, const std::vector<Double3>& shift,
+                                     std::vector<Double3>& elastic) {
   const Double3* const u = shift.data();
   Double3* const on_corner = corner_force_.data();
   host_parallel("drench::cloth::exact_triangles", triangles_, [=](const Index t) {
@@ -37,14 +38,13 @@ void ExactResidual::evaluate(const ClothSystem& s, const std::vector<Double3>& s
     for (Index c = 1; c < 3; ++c)
       on_corner[2 * t + c - 1] = corner_force(stress, corner_gradient(s.triangle_shape(t), c));
   });
-  Double3* const r = residual.data();
-  host_parallel("drench::cloth::exact_residual", nodes_, [=, this](const Index n) {
+  Double3* const all = elastic.data();
+  host_parallel("drench::cloth::exact_elastic", nodes_, [=, this](const Index n) {
     if (s.pinned(n)) {
-      r[n] = {};
+      all[n] = {};
       return;
     }
-    Double3 force = double(s.mass(n)) * double(s.inverse_dt2) * (widen(s.target(n)) - u[n]);
-    force += bending_at_x0_[at(n)] + bending_force(n, [u](const Index m) { return u[m]; });
+    Double3 force = bending_at_x0_[at(n)] + bending_force(n, [u](const Index m) { return u[m]; });
     for (Index k = spring_start_[at(n)]; k < spring_start_[at(n + 1)]; ++k) {
       Link spring = s.link(springs_[at(k)]);
       spring.bend = 0;
@@ -61,7 +61,18 @@ void ExactResidual::evaluate(const ClothSystem& s, const std::vector<Double3>& s
         else
           force += on_corner[2 * t + corner - 1];
       }
-    r[n] = force;
+    all[n] = force;
+  });
+}
+
+void ExactResidual::add_inertia(const ClothSystem& s, const std::vector<Double3>& shift,
+                                const std::vector<Double3>& elastic, std::vector<Double3>& residual) const {
+  host_parallel("drench::cloth::exact_residual", nodes_, [&](const Index n) {
+    if (s.pinned(n))
+      residual[at(n)] = {};
+    else
+      residual[at(n)] =
+          double(s.mass(n)) * double(s.inverse_dt2) * (widen(s.target(n)) - shift[at(n)]) + elastic[at(n)];
   });
 }
 

@@ -13,8 +13,12 @@ class ExactResidual {
   ExactResidual(const Cloth& cloth, const ClothSystem& s);
   /// The nodes begin a step: what bends is linear in them, and its part of x⁰ stays the same.
   void begin_step(const ClothSystem& s);
-  /// r_n of the displacements `shift` (m), N; 0 at pinned nodes. Each triangle is evaluated once.
-  void evaluate(const ClothSystem& s, const std::vector<Double3>& shift, std::vector<Double3>& residual);
+  /// −∂(elastic energy)/∂x_n and strain damping at the displacements `shift` (m), N; 0 at pinned nodes. Each triangle
+  /// is evaluated once.
+  void evaluate_elastic(const ClothSystem& s, const std::vector<Double3>& shift, std::vector<Double3>& elastic);
+  /// r_n, N, of the elastic forces at `shift`; 0 at pinned nodes.
+  void add_inertia(const ClothSystem& s, const std::vector<Double3>& shift, const std::vector<Double3>& elastic,
+                   std::vector<Double3>& residual) const;
 
  private:
   struct BendingLink {

@@ -42,6 +42,7 @@ NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)
   const std::size_t n = at(nodes_);
   for (Iterate* i : {&now_, &next_}) {
     i->shift.resize(n);
+    i->elastic.resize(n);
     i->residual.resize(n);
     i->left.resize(3 * n);
     if (system.solids.count > 0) i->near.resize(n);
@@ -79,7 +80,9 @@ double NewtonCloth::goal_of(const ClothSystem& s, double tolerance) {
 }
 
 void NewtonCloth::measure(const ClothSystem& s, Iterate& i) {
-  exact_.evaluate(s, i.shift, i.residual);
+  if (!i.has_elastic) exact_.evaluate_elastic(s, i.shift, i.elastic);
+  i.has_elastic = true;
+  exact_.add_inertia(s, i.shift, i.elastic, i.residual);
   const bool solids = s.solids.count > 0;
   const double sum = sums_("drench::cloth::newton_measure", nodes_, [&](const Index n) {
     Double3 left = i.residual[at(n)];
@@ -197,6 +200,7 @@ void NewtonCloth::start(const ClothSystem& s, const Entries<const Real3>& displa
     if (!s.pinned(n) && s.solids.count > 0 && !is_away(n, shift))
       shift = project_out(s.solids, s.start(n), shift, s.clearance(n));
   });
+  now_.has_elastic = false;
 }
 
 bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSystem& s, ClothProgress& progress, int most,
@@ -228,7 +232,10 @@ bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSyste
     best = now_.over_goal;
     if (best > 1) best_shift = now_.shift;
   }
-  if (now_.over_goal > 1 && !best_shift.empty()) now_.shift = best_shift;
+  if (now_.over_goal > 1 && !best_shift.empty()) {
+    now_.shift = best_shift;
+    now_.has_elastic = false;
+  }
   progress.residual = std::min(best, now_.over_goal);
   return progress.residual <= 1 || cap == most;
 }
@@ -321,6 +328,7 @@ void NewtonCloth::move(const ClothSystem& s, const Iterate& from) {
       to += by;
       if (s.solids.count > 0 && !is_away(n, to)) to = project_out(s.solids, s.start(n), to, s.clearance(n));
     });
+    next_.has_elastic = false;
     measure(s, next_);
     if (next_.over_goal <= most_growth * from.over_goal || next_.over_goal <= 1 || halvings == most_halvings) return;
     length *= 0.5;

@@ -55,10 +55,11 @@ class NewtonCloth {
   using Vectors = std::vector<Double3>;
   /// An iterate and all that is known of it.
   struct Iterate {
-    Vectors shift, residual;       // m; N
-    std::vector<NodeNearby> near;  // solids
-    NodeVector left;               // what contact and friction leave of the residual, N
-    double over_goal = 0;          // its sum over the goal: converged if ≤ 1
+    Vectors shift, elastic, residual;  // m; N, N
+    bool has_elastic = false;          // of this shift
+    std::vector<NodeNearby> near;      // solids
+    NodeVector left;                   // what contact and friction leave of the residual, N
+    double over_goal = 0;              // its sum over the goal: converged if ≤ 1
   };
   /// Where a node was asked how far the nearest solid is, m, and by how much that was beyond reach.
   struct Away {
@@ -75,6 +76,7 @@ class NewtonCloth {
 
   // newton.cpp
   double goal_of(const ClothSystem& s, double tolerance);
+  /// Evaluates an iterate, whose elastic forces may be known.
   void measure(const ClothSystem& s, Iterate& at);
   void see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual, NodeNearby& near);
   static std::int64_t opposite(const ClothSystem& s, std::size_t b, const NearSolid<double>& own, const NodeTerms& t,

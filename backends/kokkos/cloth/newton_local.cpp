@@ -85,6 +85,7 @@ bool NewtonCloth::relax_locally(const ClothSystem& s) {
       if (s.solids.count > 0) see_solids(s, n, u, r, near);
       u = project_out(s.solids, t.start, u + local_step(s, n, r, near), t.clearance);
     }
+  now_.has_elastic = false;
   measure(s, now_);
   anderson_.clear();
   if (now_.over_goal < kept_.over_goal) return true;

@@ -36,13 +36,14 @@ void allocate(const Constants& constants, const Cloth& cloth, ClothSolverWork& s
 /// GPU's host needs as much once iterations have not converged, and a step far from rest the factor of all pairs that
 /// bend, 3 to 6 times as many numbers; no scene tells either.
 MemoryEstimate newton_bytes(const Sizing& s) {
-  constexpr double vectors = 60, in_double = 10;  // 3 numbers a node each
+  constexpr double vectors = 60, in_double = 14;  // 3 numbers a node each
   const double n = s.size.nodes, entries = n * std::log2(std::max(2.0, n));
   const double triangles = s.size.membrane || s.size.strain_limit ? s.size.triangles : 0;
   MemoryEstimate sum;
   sum.host = 50 * s.real * entries + n * 3 * (vectors * s.real + in_double * double_bytes) +
-             9 * s.real * (5 * n + s.size.edges + 6 * triangles) + triangles * 6 * double_bytes +
-             s.size.links * 3 * index_bytes + (s.size.scene.bodies.empty() ? 0 : 2 * n * sizeof(double) * 30);
+             9 * s.real * (5 * n + s.size.edges + 6 * triangles) + 24 * s.real * s.size.edges +
+             triangles * 6 * double_bytes + s.size.links * 3 * index_bytes +
+             (s.size.scene.bodies.empty() ? 0 : 2 * n * sizeof(double) * 30);
   return sum;
 }
 
