@@ -12,7 +12,6 @@ namespace drench::kokkos_backend {
 namespace {
 
 constexpr int most_iterations = 40;   // of one solve
-constexpr double unanswered = 0.1;    // of the goal: so much of it a call after the first one may leave as it is
 constexpr int most_linear = 60;       // iterations of a linear solve
 constexpr double forcing = 0.05;      // of the linear residual that may be left
 constexpr double no_progress = 1e-8;  // of the square of the linear residual, if an iteration takes away no more
@@ -205,8 +204,6 @@ void NewtonCloth::start(const ClothSystem& s, const Entries<const Real3>& displa
 
 bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSystem& s, ClothProgress& progress, int most,
                       double tolerance) {
-  // A load that has hardly changed since the last call needs no answer.
-  const double settled = fresh_ ? -1 : unanswered;
   if (fresh_) start(s, displacement);
   fresh_ = false;
   goal_ = goal_of(s, tolerance);
@@ -216,7 +213,7 @@ bool NewtonCloth::run(const Entries<const Real3>& displacement, const ClothSyste
   Vectors best_shift;
   std::vector<double> past;
   const int cap = std::min(most, most_iterations);
-  for (int k = 0; k < cap && !(now_.over_goal <= (k == 0 ? settled : 1)); ++k) {
+  for (int k = 0; k < cap && !(now_.over_goal <= 1 && k > 0); ++k) {
     stop_if_requested();
     slow_ = k >= slow_after && now_.over_goal > 0.5 * past[at(k - 3)];
     const bool stands = slow_ && k >= stands_after && k / 4 % 2 == 1;

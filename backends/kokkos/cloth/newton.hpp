@@ -42,8 +42,8 @@ class NewtonCloth {
   void prepare(const Cloth& cloth, const ClothSystem& system, bool pushes_bodies);
   /// The solve goes on from displacements that others have changed.
   void begin_anew() { fresh_ = true; }
-  /// Iterates until the residual is within its goal, `most` times at most; from `displacement` (m) at the first call of
-  /// a solve, at least once there, and then from where the last call ended. False: it has not converged, and other
+  /// Iterates until the residual is within its goal, at least once and `most` times at most; from `displacement` (m) at
+  /// the first call of a solve, and then from where the last call ended. False: it has not converged, and other
   /// iterations have to go on.
   bool run(const Entries<const Real3>& displacement, const ClothSystem& s, ClothProgress& progress, int most,
            double tolerance);
