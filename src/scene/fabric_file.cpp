@@ -93,9 +93,7 @@ Fabric read(const Value& name, const std::string& key, const std::string& folder
   } else if (const Fabric* known = fabric_named(base->text)) {
     below = *known;
   } else {
-    std::vector<std::string> names;
-    for (const Fabric& f : fabrics()) names.push_back(f.name);
-    const std::string near = nearest_word(base->text, names);
+    const std::string near = nearest_word(base->text, fabric_names());
     refuse(base->place, "fabric",
            fmt::format("there is no fabric '{}';{} allowed: a fabric's name or file", base->text,
                        near.empty() ? "" : fmt::format(" did you mean '{}'?", near)));

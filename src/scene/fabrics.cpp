@@ -179,6 +179,12 @@ const std::vector<Fabric>& fabrics() { return data().fabrics; }
 
 const std::vector<FabricSource>& fabric_sources() { return data().sources; }
 
+std::vector<std::string> fabric_names() {
+  std::vector<std::string> names;
+  for (const Fabric& f : fabrics()) names.push_back(f.name);
+  return names;
+}
+
 const Fabric* fabric_named(const std::string& name) {
   const auto found = std::find_if(fabrics().begin(), fabrics().end(), [&](const Fabric& f) { return f.name == name; });
   return found == fabrics().end() ? nullptr : &*found;

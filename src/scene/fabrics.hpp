@@ -39,6 +39,7 @@ struct FabricSource {
 /// All of them, in the order of the file.
 const std::vector<Fabric>& fabrics();
 const std::vector<FabricSource>& fabric_sources();
+std::vector<std::string> fabric_names();
 /// The one of this name, or null.
 const Fabric* fabric_named(const std::string& name);
 /// Does a cloth's map have a key that replaces this one?

@@ -7,7 +7,8 @@
 namespace drench {
 
 /// Sets body.parts for cloth of a thickness (m), from body.field, which is filled; leaves them empty for a mesh without
-/// such parts. Law: docs/theory/cloth.md, section 11. The same bits with any number of threads.
+/// such parts. Law: docs/theory/cloth.md, section 11, with the details in docs/dev/contacts.md. The same bits with any
+/// number of threads.
 void find_facing_parts(Body& body, double thickness, int threads = 1);
 
 }  // namespace drench

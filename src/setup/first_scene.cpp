@@ -79,8 +79,7 @@ void read_fabric(Suggestion& s) {
     if (type == std::filesystem::file_type::directory) refuse("it is a folder");
   } else if (!fabric_named(s.fabric)) {
     if (type != std::filesystem::file_type::not_found) refuse("unknown extension");
-    std::vector<std::string> names;
-    for (const Fabric& f : fabrics()) names.push_back(f.name);
+    const std::vector<std::string> names = fabric_names();
     const std::string near = nearest_word(s.fabric, names);
     throw SetupError(fmt::format("there is no fabric '{}'; {}", s.fabric,
                                  near.empty() ? fmt::format("allowed: a .yaml file, or {}", fmt::join(names, ", "))
