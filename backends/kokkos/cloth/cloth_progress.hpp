@@ -13,8 +13,9 @@ inline constexpr int patient = 9;  // checks after which xpbd's residual must ha
 // Checks in which the residual has to fall to this part of what it was, else the iterations stall (docs/dev/cloth.md).
 inline constexpr int stall_checks = 40;
 inline constexpr double stall_part = 0.95;
-// Every so many checks, from the second time on, the fall of the residual tells how many iterations are still needed.
+// Every so many checks, from the second time on, the fall of the residual is extrapolated to its goal.
 inline constexpr int forecast_checks = 10;
+inline constexpr double unlimited = 1e300;
 // So many iterations on a GPU take as long as Newton's method on its host, per node (docs/dev/cloth.md).
 inline constexpr double iterations_per_node = 0.15;
 
@@ -38,7 +39,7 @@ struct ClothProgress {
   double last_progress = 1e300;  // the residual that counts for a stall
   int since_progress = 0;        // checks
   bool ends_at_stall = false;    // Newton's method follows, or has been tried
-  double worth = 1e300;          // iterations that a forecast may ask for: more take longer than Newton's method
+  double worth = unlimited;      // iterations that a forecast may ask for: more take longer than Newton's method
   double forecast_from = 1e300;  // the residual at the last forecast
   int checks = 0;
   bool is_hopeless = false;
@@ -77,7 +78,7 @@ struct ClothProgress {
       since_progress = 0;
     }
     if (++checks % forecast_checks == 0) {
-      is_hopeless = worth < 1e300 && checks > forecast_checks && takes_more(worth, forecast_from, found);
+      is_hopeless = worth < unlimited && checks > forecast_checks && takes_more(worth, forecast_from, found);
       forecast_from = found;
     }
     if (!due) return;

@@ -284,7 +284,7 @@ void ClothIteration::finish_on_host() {
   // Its goal allows for the rounding of double precision alone, that of the iterations for the kernels'.
   keep(residual());
   progress_.move_on(system_.solids.extent(0) > 0);
-  progress_.worth = ClothProgress{}.worth;
+  progress_.worth = unlimited;
   const int most = model.scene.cloth_solver.max_iterations / part_after_newton / check_interval;
   for (int checks = 0; checks < most && best > 1 && !progress_.stalls(); ++checks) {
     advance(check_interval);
