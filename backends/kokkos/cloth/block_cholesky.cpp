@@ -28,14 +28,13 @@ BlockCholesky::BlockCholesky(const NodeGraph& near) {
 
 /// Sets the order, and says which rows of L a column has.
 NodeGraph BlockCholesky::eliminate(const NodeGraph& near) {
-  const Dissection d = dissect(near);
-  parts_ = d.parts;
-  place_ = d.place;
+  parts_ = dissect(near);
+  place_ = parts_.place;
   const std::vector<Index> last = postorder(elimination_tree(reordered(near, place_)));
   part_.resize(place_.size());
   for (std::size_t i = 0; i < place_.size(); ++i) {
     place_[i] = last[at(place_[i])];
-    part_[at(place_[i])] = d.part[i];
+    part_[at(place_[i])] = parts_.part[i];
   }
   const NodeGraph ordered = reordered(near, place_);
   NodeGraph below(near.size()), children(near.size());
@@ -98,7 +97,7 @@ void BlockCholesky::make_room() {
   const Panel& last = panels_.back();
   values_.resize(last.at + at(last.columns()) * at(last.stride));
   inverse_.resize(last.inverse_at + at(last.columns()) * at(last.top));
-  lost_.resize(3 * between_.size() * at(parts_));
+  lost_.resize(3 * separators_.size() * at(parts_.parts()));
 }
 
 void BlockCholesky::add_panels(Index first, Index last, const std::vector<Index>& rows) {
@@ -122,7 +121,7 @@ void BlockCholesky::add_panels(Index first, Index last, const std::vector<Index>
 }
 
 void BlockCholesky::make_updates() {
-  panels_of_.resize(at(parts_) + 1);
+  panels_of_.resize(at(parts_.parts()));
   updates_of_.resize(panels_.size());
   for (Panel& p : panels_) {
     panels_of_[at(p.part)].push_back(static_cast<Index>(&p - panels_.data()));
@@ -140,12 +139,23 @@ void BlockCholesky::make_updates() {
     const Update& update = updates_[at(u)];
     if (panels_[at(update.source)].part != panels_[at(update.target)].part) updates_of_[at(update.target)].push_back(u);
   }
+  list_separators();
+}
+
+void BlockCholesky::list_separators() {
   number_.assign(place_.size(), -1);
-  for (Index j = 0; j < size(); ++j)
-    if (part_[at(j)] == parts_) {
-      number_[at(j)] = static_cast<Index>(between_.size());
-      between_.push_back(j);
-    }
+  below_.resize(at(parts_.parts()));
+  first_separator_.assign(at(parts_.parts()) + 1, 0);
+  for (Index p = parts_.first_part(1); p < parts_.parts(); ++p) {
+    for (const Index k : panels_of_[at(p)])
+      for (Index j = panels_[at(k)].first; j < panels_[at(k)].first + panels_[at(k)].nodes; ++j) {
+        number_[at(j)] = static_cast<Index>(separators_.size());
+        separators_.push_back(j);
+      }
+    first_separator_[at(p) + 1] = static_cast<Index>(separators_.size());
+    for (Index below = 0; below < p; ++below)
+      if (parts_.is_below(below, p)) below_[at(p)].push_back(below);
+  }
 }
 
 void BlockCholesky::add_update(Panel& panel, Index from, Index to) {
@@ -204,12 +214,18 @@ void BlockCholesky::clear() {
 }
 
 void BlockCholesky::factor() {
-  host_parallel("drench::cloth::factor_parts", parts_, [this](const Index p) { factor_part(p); });
-  const std::vector<Index>& between = panels_of_[at(parts_)];
-  host_parallel("drench::cloth::factor_between", static_cast<Index>(between.size()), [&](const Index k) {
-    for (const Index u : updates_of_[at(between[at(k)])]) subtract(updates_[at(u)]);
-  });
-  factor_part(parts_);
+  host_parallel("drench::cloth::factor_leaves", parts_.first_part(1), [this](const Index p) { factor_part(p); });
+  std::vector<Index> panels;
+  for (Index level = 1; level <= parts_.levels; ++level) {
+    const Index first = parts_.first_part(level), parts = parts_.first_part(level + 1) - first;
+    panels.clear();
+    for (Index p = first; p < first + parts; ++p)
+      panels.insert(panels.end(), panels_of_[at(p)].begin(), panels_of_[at(p)].end());
+    host_parallel("drench::cloth::factor_updates", static_cast<Index>(panels.size()), [&](const Index k) {
+      for (const Index u : updates_of_[at(panels[at(k)])]) subtract(updates_[at(u)]);
+    });
+    host_parallel("drench::cloth::factor_separators", parts, [=, this](const Index p) { factor_part(first + p); });
+  }
 }
 
 void BlockCholesky::factor_part(Index part) {
@@ -249,23 +265,30 @@ void BlockCholesky::subtract(const Update& update) {
 }
 
 void BlockCholesky::solve(Real* x) {
-  const std::size_t between = 3 * between_.size();
-  Real* const lost = lost_.data();
-  host_parallel("drench::cloth::solve_parts", parts_, [=, this](const Index p) {
-    std::fill_n(lost + at(p) * between, between, Real(0));
-    forward(p, x, lost + at(p) * between);
-  });
-  for (std::size_t k = 0; k < between_.size(); ++k)
-    for (Index a = 0; a < 3; ++a) {
-      Real& own = x[3 * between_[k] + a];
-      for (Index p = 0; p < parts_; ++p) own -= lost[at(p) * between + 3 * k + at(a)];
-    }
-  forward(parts_, x, nullptr);
-  backward(parts_, x);
-  host_parallel("drench::cloth::solve_parts", parts_, [=, this](const Index p) { backward(p, x); });
+  host_parallel("drench::cloth::solve_leaves", parts_.first_part(1), [=, this](const Index p) { forward(p, x); });
+  const auto of_level = [this](Index level, const auto& act) {
+    const Index first = parts_.first_part(level), parts = parts_.first_part(level + 1) - first;
+    host_parallel("drench::cloth::solve_separators", parts, [&](const Index p) { act(first + p); });
+  };
+  for (Index level = 1; level <= parts_.levels; ++level)
+    of_level(level, [=, this](const Index p) {
+      gather_losses(p, x);
+      forward(p, x);
+    });
+  for (Index level = parts_.levels; level > 0; --level) of_level(level, [=, this](const Index p) { backward(p, x); });
+  host_parallel("drench::cloth::solve_leaves", parts_.first_part(1), [=, this](const Index p) { backward(p, x); });
 }
 
-void BlockCholesky::forward(Index part, Real* x, Real* between) const {
+void BlockCholesky::gather_losses(Index part, Real* x) const {
+  for (Index k = first_separator_[at(part)]; k < first_separator_[at(part) + 1]; ++k)
+    for (const Index below : below_[at(part)])
+      for (Index a = 0; a < 3; ++a)
+        x[3 * separators_[at(k)] + a] -= lost_[3 * (at(below) * separators_.size() + at(k)) + at(a)];
+}
+
+void BlockCholesky::forward(Index part, Real* x) {
+  Real* const lost = lost_of(part);
+  std::fill_n(lost, 3 * separators_.size(), Real(0));
   const auto times = panel_loops().panel_times;
   Real own[3 * most_nodes + spare_lanes];
   for (const Index k : panels_of_[at(part)]) {
@@ -279,7 +302,7 @@ void BlockCholesky::forward(Index part, Real* x, Real* between) const {
     for (Index i = 0; i < p.inner; ++i)
       for (Index a = 0; a < 3; ++a) x[3 * row[i] + a] -= room[3 * i + a];
     for (Index i = p.inner; i < p.rows; ++i)
-      for (Index a = 0; a < 3; ++a) between[3 * number_[at(row[i])] + a] += room[3 * i + a];
+      for (Index a = 0; a < 3; ++a) lost[3 * number_[at(row[i])] + a] += room[3 * i + a];
   }
 }
 

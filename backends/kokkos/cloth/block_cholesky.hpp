@@ -9,8 +9,7 @@
 
 namespace drench::kokkos_backend {
 
-/// H = L Lᵀ. Threads share the parts of a dissection; the order of all sums depends on the
-/// pattern alone.
+/// H = L Lᵀ. Threads share the parts of each level of a dissection; the order of all sums depends on the pattern alone.
 class BlockCholesky {
  public:
   /// Where a block lies: entry (r, c) at values()[at + c · stride + r].
@@ -36,6 +35,9 @@ class BlockCholesky {
   Place block(Index i, Index j) const;
   /// Where node i comes in the order of elimination.
   Index place(Index i) const { return place_[at(i)]; }
+  /// The part of the dissection that node i is in, and how many there are.
+  Index part(Index i) const { return parts_.part[at(i)]; }
+  Index parts() const { return parts_.parts(); }
   Real* values() { return values_.data(); }
 
   /// H = 0.
@@ -65,27 +67,32 @@ class BlockCholesky {
   void add_panels(Index first, Index last, const std::vector<Index>& rows);
   void make_updates();
   void add_update(Panel& panel, Index from, Index to);
+  void list_separators();
   Index row_in(const Panel& panel, Index node) const;
   void factor_panel(const Panel& panel);
-  /// Factors the panels of a part, and subtracts what they do to its own, or to all.
+  /// Factors the panels of a part, and subtracts what they do to its own.
   void factor_part(Index part);
   void subtract(const Update& update);
-  /// The first half of a solution, L⁻¹ x; what the rows between parts lose goes to `between`, or to x where that is
-  /// null.
-  void forward(Index part, Real* x, Real* between) const;
+  /// What the parts below a separator have taken from its rows.
+  void gather_losses(Index part, Real* x) const;
+  /// The first half of a solution, L⁻¹ x; what rows of separators lose goes to lost_.
+  void forward(Index part, Real* x);
   /// The second half, L⁻ᵀ x.
   void backward(Index part, Real* x) const;
+  Real* lost_of(Index part) { return lost_.data() + 3 * at(part) * separators_.size(); }
 
-  Index parts_ = 1;
+  Dissection parts_;
   std::vector<Index> place_, part_;    // of each node; of each place
   std::vector<Index> row_, panel_of_;  // places; the panel of each place
   std::vector<Panel> panels_;
-  std::vector<std::vector<Index>> panels_of_, updates_of_;  // of each part; of each panel between them, from the parts
+  std::vector<std::vector<Index>> panels_of_, updates_of_;  // of each part; of each panel, from other parts
   std::vector<Update> updates_;
   std::vector<PanelRun> runs_;
-  std::vector<Index> between_;  // places between the parts
-  std::vector<Index> number_;   // of each place among those
-  std::vector<Real> values_, inverse_, lost_;
+  std::vector<Index> separators_;              // their places, part by part
+  std::vector<Index> number_;                  // of each place among those
+  std::vector<Index> first_separator_;         // of each part, in separators_
+  std::vector<std::vector<Index>> below_;      // the parts below each
+  std::vector<Real> values_, inverse_, lost_;  // lost_: 3 per separator's node, of each part
 };
 
 }  // namespace drench::kokkos_backend

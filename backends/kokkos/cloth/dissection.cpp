@@ -105,15 +105,18 @@ void order_part(const NodeGraph& near, const std::vector<Index>& part, Index own
 }  // namespace
 
 Dissection dissect(const NodeGraph& near) {
-  constexpr std::size_t least = 300, many = 6000;  // nodes that are worth two and four parts
+  constexpr std::size_t least = 300;  // nodes that are worth two parts
+  constexpr Index most_levels = 3;
   Dissection d;
-  d.parts = near.size() < least ? 1 : near.size() < many ? 2 : 4;
+  while (d.levels < most_levels && (near.size() >> d.levels) >= least) ++d.levels;
   d.part.assign(near.size(), 0);
   d.place.resize(near.size());
-  for (Index parts = 1; parts < d.parts; parts *= 2)
-    for (Index p = 0; p < parts; ++p) bisect(near, d.part, p, parts + p, d.parts);
+  for (Index level = d.levels; level > 0; --level) {
+    const Index halved = Index{1} << (d.levels - level);
+    for (Index p = 0; p < halved; ++p) bisect(near, d.part, p, halved + p, d.first_part(level) + p);
+  }
   Index next = 0;
-  for (Index p = 0; p <= d.parts; ++p) order_part(near, d.part, p, next, d.place);
+  for (Index p = 0; p < d.parts(); ++p) order_part(near, d.part, p, next, d.place);
   return d;
 }
 

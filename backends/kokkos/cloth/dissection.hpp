@@ -10,11 +10,27 @@ namespace drench::kokkos_backend {
 /// For each node those that share an entry of the matrix with it.
 using NodeGraph = std::vector<std::vector<Index>>;
 
-/// Parts that share no entry, and the nodes between them, which come last. It depends on the graph alone.
+/// Nested dissection: halves of a graph that share no entry, and separators between them, again and again. It depends
+/// on the graph alone. Parts are numbered level by level: 2^levels leaves, then the separators of pairs of leaves, up
+/// to the one that halves the whole graph.
 struct Dissection {
-  Index parts = 1;
-  std::vector<Index> part;   // of each node; `parts`: between them
+  Index levels = 0;          // of separators
+  std::vector<Index> part;   // of each node
   std::vector<Index> place;  // of each node, in the order of elimination: minimum degree within each part
+
+  /// The first part of a level; 0: leaves.
+  Index first_part(Index level) const { return (Index{2} << levels) - ((Index{2} << levels) >> level); }
+  Index parts() const { return first_part(levels + 1); }
+  Index level_of(Index part) const {
+    Index level = 0;
+    while (part >= first_part(level + 1)) ++level;
+    return level;
+  }
+  /// Is `part` one of those that separator `other` keeps apart?
+  bool is_below(Index part, Index other) const {
+    const Index level = level_of(part), above = level_of(other);
+    return level < above && (part - first_part(level)) % (Index{1} << (levels - above)) == other - first_part(above);
+  }
 };
 Dissection dissect(const NodeGraph& near);
 

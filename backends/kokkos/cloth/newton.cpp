@@ -52,7 +52,7 @@ NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)
   toggles_.resize(n);
   freedom_.resize(n);
   factor_free_.resize(n, Matrix3::Identity());
-  for (NodeVector* v : {&right_, &change_, &plain_, &correction_, &room_, &zone_change_, &zone_residual_})
+  for (NodeVector* v : {&right_, &change_, &plain_, &correction_, &room_, &zone_change_, &zone_step_, &zone_residual_})
     v->resize(3 * n);
 }
 
@@ -257,7 +257,8 @@ void NewtonCloth::iterate(const ClothSystem& s, bool first) {
   const bool fresh_factor = !warm_ || changed_ > many_changed || spent_ > cost_;
   if (fresh_factor) {
     tangent_.factor(s, freedom_);
-    for (Index n = 0; n < nodes_; ++n) factor_free_[at(n)] = freedom_[at(n)].free;
+    host_parallel("drench::cloth::newton_factored", nodes_,
+                  [this](const Index n) { factor_free_[at(n)] = freedom_[at(n)].free; });
     warm_ = true;
     spent_ = 0;
   }

@@ -97,7 +97,7 @@ class NewtonCloth {
   void touch_where_pressed(const ClothSystem& s);
   void begin_zone(const ClothSystem& s);
   static std::uint8_t onto_one(const ZoneNode& z, const NodeNearby& near, const Column3& step);
-  void sweep(const ClothSystem& s);
+  void relax(const ClothSystem& s, ZoneNode& z);
   /// Who sticks and who slips, and the right side of the linear system.
   void set_contact_rows(const ClothSystem& s);
   void set_row(const ClothSystem& s, Index n);
@@ -139,8 +139,9 @@ class NewtonCloth {
   NodeVector right_, change_, plain_, correction_, room_;  // of the linear system: N; m; m; d_c, m
   std::vector<NodeVector> directions_, images_;            // of the linear solver
   std::vector<double> products_;                           // of an image with those before it
-  std::vector<ZoneNode> zone_;
-  NodeVector zone_change_, zone_residual_;
+  std::vector<ZoneNode> zone_;                             // by the tangent's groups
+  std::vector<Index> zone_start_;                          // of each group
+  NodeVector zone_change_, zone_step_, zone_residual_;     // m: of all sweeps, of the last one; N
 };
 
 }  // namespace drench::kokkos_backend

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "cloth/newton.hpp"
 #include "cloth/slip.hpp"
@@ -36,13 +37,17 @@ double narrowing(const ClothSystem& s, const NodeNearby& near, const NodeTerms& 
 }  // namespace
 
 void NewtonCloth::begin_zone(const ClothSystem& s) {
-  zone_.clear();
+  const auto is_near = [&](Index n) { return !s.pinned(n) && now_.near[at(n)].count > 0; };
+  zone_start_.assign(at(tangent_.groups()) + 1, 0);
   for (Index n = 0; n < nodes_; ++n) {
     touching_[at(n)] = 0;
-    if (s.pinned(n) || now_.near[at(n)].count == 0) continue;
-    zone_.emplace_back();
-    zone_.back().node = n;
+    if (is_near(n)) ++zone_start_[at(tangent_.group(n)) + 1];
   }
+  std::partial_sum(zone_start_.begin(), zone_start_.end(), zone_start_.begin());
+  zone_.resize(at(zone_start_.back()));
+  std::vector<Index> next(zone_start_.begin(), zone_start_.end() - 1);
+  for (Index n = 0; n < nodes_; ++n)
+    if (is_near(n)) zone_[at(next[at(tangent_.group(n))]++)].node = n;
   host_parallel("drench::cloth::newton_zone", static_cast<Index>(zone_.size()), [&](const Index k) {
     ZoneNode& z = zone_[at(k)];
     const Index n = z.node;
@@ -71,47 +76,46 @@ std::uint8_t NewtonCloth::onto_one(const ZoneNode& z, const NodeNearby& near, co
   return 3;
 }
 
-void NewtonCloth::sweep(const ClothSystem& s) {
-  for (ZoneNode& z : zone_) {
-    const Index n = z.node;
-    const NodeNearby& near = now_.near[at(n)];
-    const Column3 r = at_node(zone_residual_, n), so_far = at_node(zone_change_, n);
-    Column3 step = z.inverse * r;
-    std::uint8_t touching = 0;
-    for (int k = 0; k < near.count; ++k)
-      if (near.pinched || Real(near.gap[k]) + column(near.normal[k]).dot(so_far + step) < 0)
-        touching |= std::uint8_t(1 << k);
-    if (near.count == 2 && near.blocked && touching != 0)
-      touching = 3;
-    else if (near.count == 2 && touching == 3)
-      touching = onto_one(z, near, so_far + step);
-    if (touching == 1 && z.kind == State::sticks) {
-      step = -z.slip - Real(near.gap[0]) * column(near.normal[0]) - so_far;
-    } else if (touching == 1) {
-      const Column3 normal = column(near.normal[0]);
-      const Real gap = Real(near.gap[0]) + normal.dot(so_far + step);
-      if (z.kind == State::apart) {
-        Column3 slip = z.slip + so_far + step;
-        slip -= normal.dot(slip) * normal;
-        z.toward = slip.norm() > 0 ? slip.normalized() : Column3(Column3::Zero());
-        z.kind = State::slips;
-      }
-      Column3 along = z.inverse * (normal - s.friction(n) * z.toward);
-      if (!(normal.dot(along) > 0)) along = z.inverse * normal;
-      step -= gap / normal.dot(along) * along;
-    } else if (touching != 0) {  // another one, or several: onto each in turn
-      for (int k = 0; k < near.count; ++k) {
-        if ((touching >> k & 1) == 0) continue;
-        const Column3 normal = column(near.normal[k]), along = z.inverse * normal;
-        const Real gap = Real(near.gap[k]) + normal.dot(so_far + step);
-        if (gap < 0) step -= gap / normal.dot(along) * along;
-      }
+void NewtonCloth::relax(const ClothSystem& s, ZoneNode& z) {
+  const Index n = z.node;
+  const NodeNearby& near = now_.near[at(n)];
+  const Column3 r = at_node(zone_residual_, n), so_far = at_node(zone_change_, n);
+  Column3 step = z.inverse * r;
+  std::uint8_t touching = 0;
+  for (int k = 0; k < near.count; ++k)
+    if (near.pinched || Real(near.gap[k]) + column(near.normal[k]).dot(so_far + step) < 0)
+      touching |= std::uint8_t(1 << k);
+  if (near.count == 2 && near.blocked && touching != 0)
+    touching = 3;
+  else if (near.count == 2 && touching == 3)
+    touching = onto_one(z, near, so_far + step);
+  if (touching == 1 && z.kind == State::sticks) {
+    step = -z.slip - Real(near.gap[0]) * column(near.normal[0]) - so_far;
+  } else if (touching == 1) {
+    const Column3 normal = column(near.normal[0]);
+    const Real gap = Real(near.gap[0]) + normal.dot(so_far + step);
+    if (z.kind == State::apart) {
+      Column3 slip = z.slip + so_far + step;
+      slip -= normal.dot(slip) * normal;
+      z.toward = slip.norm() > 0 ? slip.normalized() : Column3(Column3::Zero());
+      z.kind = State::slips;
     }
-    touching_[at(n)] = touching;
-    at_node(zone_change_, n) = so_far + step;
-    at_node(zone_residual_, n) = r - tangent_.own(n) * step;
-    tangent_.subtract_change(n, step, zone_residual_);
+    Column3 along = z.inverse * (normal - s.friction(n) * z.toward);
+    if (!(normal.dot(along) > 0)) along = z.inverse * normal;
+    step -= gap / normal.dot(along) * along;
+  } else if (touching != 0) {  // another one, or several: onto each in turn
+    for (int k = 0; k < near.count; ++k) {
+      if ((touching >> k & 1) == 0) continue;
+      const Column3 normal = column(near.normal[k]), along = z.inverse * normal;
+      const Real gap = Real(near.gap[k]) + normal.dot(so_far + step);
+      if (gap < 0) step -= gap / normal.dot(along) * along;
+    }
   }
+  touching_[at(n)] = touching;
+  at_node(zone_change_, n) = so_far + step;
+  at_node(zone_step_, n) = step;
+  at_node(zone_residual_, n) = r - tangent_.own(n) * step;
+  tangent_.subtract_change(n, step, zone_residual_);
 }
 
 void NewtonCloth::find_touching(const ClothSystem& s) {
@@ -120,7 +124,17 @@ void NewtonCloth::find_touching(const ClothSystem& s) {
   if (zone_.empty()) return;
   for (Index n = 0; n < nodes_; ++n) at_node(zone_residual_, n) = column(now_.residual[at(n)]);
   std::fill(zone_change_.begin(), zone_change_.end(), Real(0));
-  for (int k = 0; k < zone_sweeps; ++k) sweep(s);
+  std::fill(zone_step_.begin(), zone_step_.end(), Real(0));
+  for (int sweep = 0; sweep < zone_sweeps; ++sweep) {
+    if (sweep > 0)
+      host_parallel("drench::cloth::newton_groups", static_cast<Index>(zone_.size()), [&](const Index z) {
+        const Index n = zone_[at(z)].node;
+        at_node(zone_residual_, n) -= tangent_.from_other_groups(n, zone_step_);
+      });
+    host_parallel("drench::cloth::newton_sweep", tangent_.groups(), [&](const Index group) {
+      for (Index z = zone_start_[at(group)]; z < zone_start_[at(group + 1)]; ++z) relax(s, zone_[at(z)]);
+    });
+  }
   if (late_) touch_where_pressed(s);
 }
 
@@ -145,10 +159,14 @@ void NewtonCloth::set_contact_rows(const ClothSystem& s) {
   });
   changed_ = toggled_ = 0;
   if (s.solids.count == 0) return;
-  for (Index n = 0; n < nodes_; ++n) {
-    toggled_ += toggles_[at(n)];
-    if (warm_) changed_ += (freedom_[at(n)].free - factor_free_[at(n)]).squaredNorm() > other_directions;
-  }
+  const auto count = [this](const char* label, const auto& is) {
+    return static_cast<Index>(sums_(label, nodes_, [&](const Index n) { return is(n) ? 1.0 : 0.0; }));
+  };
+  toggled_ = count("drench::cloth::newton_toggled", [this](Index n) { return toggles_[at(n)] != 0; });
+  if (!warm_) return;
+  changed_ = count("drench::cloth::newton_changed", [this](Index n) {
+    return (freedom_[at(n)].free - factor_free_[at(n)]).squaredNorm() > other_directions;
+  });
 }
 
 /// An orthonormal basis of the normals that a node touches leaves `freedom`; the least correction brings it onto the

@@ -111,6 +111,9 @@ ClothTangent::ClothTangent(const Cloth& cloth, const ClothSystem& s)
                      ? std::numeric_limits<double>::infinity()
                      : edge_pairs_.cholesky.work() * growth * growth * growth / (work_per_iteration * numbers);
   make_room(s, edge_pairs_);
+  group_.assign(at(nodes_), -1);
+  for (std::size_t k = 0; k < free_.size(); ++k)
+    group_[at(free_[k])] = edge_pairs_.cholesky.part(static_cast<Index>(k));
   solution_.resize(3 * free_.size());
 }
 
@@ -277,10 +280,29 @@ void ClothTangent::update(const ClothSystem& s, const std::vector<Double3>& shif
 
 void ClothTangent::subtract_change(Index n, const Column3& change, NodeVector& rho) const {
   const Eigen::Matrix<Real, 4, 1> by(change[0], change[1], change[2], 0);
-  for (Index p = pair_start_[at(n)]; p < pair_start_[at(n + 1)]; ++p)
-    at_node(rho, pairs_[at(p)].other) -= between_[at(p)].transpose() * by;
-  for (Index b = bending_start_[at(n)]; b < bending_start_[at(n + 1)]; ++b)
-    at_node(rho, bending_pairs_[at(b)].other) -= bending_pairs_[at(b)].bend * change;
+  const Index own = group(n);
+  for (Index p = pair_start_[at(n)]; p < pair_start_[at(n + 1)]; ++p) {
+    const Index other = pairs_[at(p)].other;
+    if (group(other) == own) at_node(rho, other) -= between_[at(p)].transpose() * by;
+  }
+  for (Index b = bending_start_[at(n)]; b < bending_start_[at(n + 1)]; ++b) {
+    const BendingPair& pair = bending_pairs_[at(b)];
+    if (group(pair.other) == own) at_node(rho, pair.other) -= pair.bend * change;
+  }
+}
+
+Column3 ClothTangent::from_other_groups(Index n, const NodeVector& change) const {
+  const Index own = group(n);
+  Column3 sum = Column3::Zero();
+  for (Index p = pair_start_[at(n)]; p < pair_start_[at(n + 1)]; ++p) {
+    const Index other = pairs_[at(p)].other;
+    if (group(other) != own) sum += between_[at(p)].topRows<3>() * at_node(change, other);
+  }
+  for (Index b = bending_start_[at(n)]; b < bending_start_[at(n + 1)]; ++b) {
+    const BendingPair& pair = bending_pairs_[at(b)];
+    if (group(pair.other) != own) sum += pair.bend * at_node(change, pair.other);
+  }
+  return sum;
 }
 
 void ClothTangent::multiply(const ClothSystem& s, const std::vector<NodeFreedom>& freedom, bool contact_rows,

@@ -30,8 +30,13 @@ class ClothTangent {
   void update(const ClothSystem& s, const std::vector<Double3>& shift);
   /// The block of node n.
   Matrix3 own(Index n) const { return own_[at(n)] + bending_[at(n)] * Matrix3::Identity(); }
-  /// rho −= K times `change` of node n, on the nodes that share an entry with it.
+  /// Groups of nodes between which there are few entries: the parts of the factor of the edges.
+  Index groups() const { return edge_pairs_.cholesky.parts(); }
+  Index group(Index n) const { return group_[at(n)]; }
+  /// rho −= K times `change` of node n, on the nodes of its group that share an entry with it.
   void subtract_change(Index n, const Column3& change, NodeVector& rho) const;
+  /// K times `change` of the nodes of other groups, on node n.
+  Column3 from_other_groups(Index n, const NodeVector& change) const;
   /// y = K x, of all rows as contact leaves them (`freedom`) or as they are (null).
   void multiply(const ClothSystem& s, const std::vector<NodeFreedom>& freedom, bool contact_rows, const NodeVector& x,
                 NodeVector& y) const;
@@ -96,6 +101,7 @@ class ClothTangent {
   std::vector<Real> bending_;          // of each node, N/m: B_nn
   std::vector<Matrix3> of_triangle_;   // six per triangle: of its corners, of its edges 01, 12, 20
   std::vector<Index> free_, row_of_;   // nodes by the factor's rows; −1: pinned
+  std::vector<Index> group_;           // of each node; −1: pinned
   Factor edge_pairs_;                  // or all pairs, where these cost little
   std::unique_ptr<Factor> all_pairs_;  // made when a step is found to need it
   Factor* held_ = &edge_pairs_;
