@@ -12,10 +12,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// t(o): the part of a compression o > 0 that a step corrects; factor: density_correction.
-double corrected(double over, double factor) {
+/// t(o): the part of a compression o > 0 that a step corrects; factor: density_correction; share: s of Eq. (24).
+double corrected(double over, double factor, double share) {
   constexpr double most = 0.1;
-  return std::max(over / 2, std::min(factor * over, most));
+  return share * std::max(over / 2, std::min(factor * over, most));
 }
 
 /// Where stage cloth has left the nodes: x⁰ + Δt v, m.
@@ -119,7 +119,7 @@ void pressure(ReferenceState& state, const StepInfo& info, StepReport& report) {
     double over = s.fluid_density_ratio[i] - 1;
     if (state.contact_alpha[i] > 0) over = std::max(0.0, over);
     compressed[i] = beta * std::max(0.0, s.fluid_density_ratio[i] - 1 + info.dt * rate);
-    return beta * ((over > 0 ? corrected(over, correction) : over) + info.dt * rate);
+    return beta * ((over > 0 ? corrected(over, correction, info.correction_share) : over) + info.dt * rate);
   };
   const auto approach = [&](Index i, double rate) { return active[i] ? source_ramp(s, i, ramp) * info.dt * rate : 0; };
   const Residuals residuals{compression, approach};

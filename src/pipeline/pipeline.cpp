@@ -239,7 +239,9 @@ StepReport Pipeline::attempt(double time_left, double longest) {
       if (!(report.dt_wanted > 0) || !std::isfinite(report.dt_wanted))
         throw RunFailure(FailureKind::time_step, stage, info, report,
                          fmt::format("the time step would be {} s", report.dt_wanted));
-      info.dt = clip_step(std::min(report.dt_wanted, longest), time_left, model_.scene.time.mode);
+      const double wanted = std::min(report.dt_wanted, longest);
+      info.dt = clip_step(wanted, time_left, model_.scene.time.mode);
+      info.correction_share = std::min(1.0, 2 * info.dt / wanted);
       info.fluid_speed_limit = limits_.fluid_speed(time_ + info.dt);
     }
   }

@@ -46,7 +46,7 @@ struct DivergenceProblem {
   bool scales_start() const { return system.constants.model.scales_start(last_start); }
   StartResidual start_residual(Real relaxation) const {
     const Real dt = Real(system.dt);
-    return {{}, system.fluid.alpha, system.work.active, 0, dt, relaxation / (dt * dt), false};
+    return {{}, system.fluid.alpha, system.work.active, {}, dt, relaxation / (dt * dt), false};
   }
   void note_start(double mean) const {
     if (system.constants.model.only_liquid_answers()) report.divergence_start = mean / limits.divergence_error;

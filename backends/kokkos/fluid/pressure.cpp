@@ -18,7 +18,8 @@ struct DensityProblem {
   const FluidSolverScene& limits;
   StepReport& report;
   double last_start;  // of the step before
-  double most;        // 1: of the tolerance, where the step's own compression sets it
+  Correction correction;
+  double most;  // 1: of the tolerance, where the step's own compression sets it
   NormScale scale;
   CoupledProgress coupled{};
   bool cloth_stalls = false;
@@ -42,7 +43,7 @@ struct DensityProblem {
             system.work.next_contact_pressure,
             dt,
             system.cloth.emission_ramp,
-            Real(limits.density_correction),
+            correction,
             relaxation / (dt * dt),
             system.touching,
             scale};
@@ -58,13 +59,7 @@ struct DensityProblem {
   bool scales_start() const { return system.constants.model.scales_start(last_start); }
   StartResidual start_residual(Real relaxation) const {
     const Real dt = Real(system.dt);
-    return {system.fluid.particles.density_ratio,
-            system.fluid.alpha,
-            {},
-            Real(limits.density_correction),
-            dt,
-            relaxation / (dt * dt),
-            true};
+    return {system.fluid.particles.density_ratio, system.fluid.alpha, {}, correction, dt, relaxation / (dt * dt), true};
   }
   void note_start(double mean) const {
     if (system.constants.model.only_liquid_answers()) report.density_start = mean / tolerance();
@@ -126,8 +121,9 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
     }
   }
   const FluidSolverScene& limits = constants.model.scene.fluid.solver;
+  const Correction correction{Real(limits.density_correction), Real(info.correction_share)};
   DensityProblem problem{
-      system, limits, report, info.density_start, 1e300, NormScale(system.all(), 1, system.restart_unit())};
+      system, limits, report, info.density_start, correction, 1e300, NormScale(system.all(), 1, system.restart_unit())};
   problem.limit_by_source();
   solve_pressure(system, limits, problem);
   if (!elastic) return;

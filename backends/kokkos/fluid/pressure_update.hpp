@@ -7,11 +7,16 @@
 
 namespace drench::kokkos_backend {
 
-/// t(o): the part of the density error o that a step corrects, o/2 ≤ t(o) ≤ o. Below rest density, o < 0, t(o) = o.
-KOKKOS_INLINE_FUNCTION Real corrected(Real over, Real factor) {
-  constexpr Real most = Real(0.1);
-  return smaller(over, larger(Real(0.5) * over, smaller(factor * over, most)));
-}
+/// What a step corrects of a density error.
+struct Correction {
+  Real factor, share;  // c and s of docs/theory/liquid.md, Eq. 24, 1
+
+  /// t(o). Below rest density, o < 0, t(o) = o.
+  KOKKOS_INLINE_FUNCTION Real operator()(Real over) const {
+    constexpr Real most = Real(0.1);
+    return smaller(over, share * larger(Real(0.5) * over, smaller(factor * over, most)));
+  }
+};
 
 /// The norms of a particle, and the density error that it keeps: for the sum and the maximum.
 struct RowDensityNorms {
@@ -44,7 +49,9 @@ struct DensityUpdate {
   // of liquid that can touch sheets
   Entries<const Real> contact_alpha, contact_compliance, contact, last_contact;
   Entries<Real> next_contact;
-  Real dt, ramp, correction, factor;
+  Real dt, ramp;
+  Correction correction;
+  Real factor;
   bool touching;
   NormScale scale;
 
@@ -70,7 +77,7 @@ struct DensityUpdate {
   /// r_i, 1, at a density rate, 1/s.
   KOKKOS_INLINE_FUNCTION Real residual(Index i, Real beta, Real lambda_alpha, Real rate) const {
     const Real over = lambda_alpha > 0 ? larger(ratio(i) - 1, Real(0)) : ratio(i) - 1;
-    return beta * (corrected(over, correction) + dt * rate);
+    return beta * (correction(over) + dt * rate);
   }
   /// Of the density's rate of change and of how fast the liquid nears sheets, 1/s.
   KOKKOS_INLINE_FUNCTION RowDensityNorms operator()(const Index i, Real rate, Real approach) const {

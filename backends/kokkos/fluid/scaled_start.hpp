@@ -10,13 +10,14 @@ namespace drench::kokkos_backend {
 struct StartResidual {
   Entries<const Real> ratio, alpha;
   Entries<const std::uint8_t> active;  // of the divergence solve
-  Real correction, dt;                 // c, 1; s
+  Correction correction;               // of the density solve
+  Real dt;                             // s
   Real factor;                         // ω/Δt², 1/s²
   bool density;                        // of the density solve; else of the divergence solve
 
   KOKKOS_INLINE_FUNCTION bool counts(Index i) const { return density ? alpha(i) > 0 : active(i) != 0; }
   KOKKOS_INLINE_FUNCTION Real operator()(Index i, Real rate) const {
-    return density ? corrected(ratio(i) - 1, correction) + dt * rate : dt * rate;
+    return density ? correction(ratio(i) - 1) + dt * rate : dt * rate;
   }
 };
 
