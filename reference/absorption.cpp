@@ -182,7 +182,7 @@ void absorption(ReferenceState& state, const StepInfo& info, StepReport&) {
     gone[i] = s.fluid_mass[i] == 0;
   }
   give_solute_to_nodes(state, solute, taken, split);
-  give_to_nodes(state, taken, momentum, split);
+  give_to_nodes(state, taken, momentum, split, info.dt);
   remove_taken(state, gone);
 }
 

@@ -320,7 +320,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
     if (collisions[i].triangle >= 0) ++report.collisions;
   }
   exchange_impulses(state, collisions, impulse);
-  push_nodes(state, impulse);
+  push_nodes(state, impulse, info.dt);
 
   std::vector<bool> gone(particles, false), in_drain(particles, false);
   report.tunnelled = 0;

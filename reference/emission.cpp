@@ -380,7 +380,7 @@ void emission(ReferenceState& state, const StepInfo& info, StepReport&) {
   create_particles(state, shares);
   for (Index p = 0; p < samples; ++p) take_from_nodes(state, p, shares[p]);
   give_solute_to_nodes(state, received.solute, received.quanta, received.split);
-  give_to_nodes(state, received.quanta, received.momentum, received.split);
+  give_to_nodes(state, received.quanta, received.momentum, received.split, info.dt);
 }
 
 }  // namespace drench::reference

@@ -105,7 +105,7 @@ std::vector<Split> inflow_split(const ReferenceState& state, const std::vector<Q
 }
 
 void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum,
-                   const std::vector<Split>& split) {
+                   const std::vector<Split>& split, double dt) {
   const SampleSet& samples = state.model.samples;
   std::vector<Quanta> mass(state.s.node_count(), 0);
   Vectors push(state.s.node_count(), Eigen::Vector3d::Zero());  // q · 2^-8 m/s, no longer whole numbers
@@ -123,8 +123,13 @@ void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, con
   for (Index n = 0; n < state.s.node_count(); ++n) {
     const double before = node_mass(state, n);
     state.s.node_liquid[n] += mass[n];
-    if (state.model.mesh.pinned[n] || (mass[n] == 0 && push[n].isZero(0))) continue;
-    const double after = before + static_cast<double>(mass[n]) * state.model.quantum;
+    if (mass[n] == 0 && push[n].isZero(0)) continue;
+    const double gained = static_cast<double>(mass[n]) * state.model.quantum, after = before + gained;
+    if (state.model.mesh.pinned[n]) {
+      Vec3& pin = state.s.node_pin_force[n];
+      pin = arr(vec(pin) - (unit * push[n] - gained * vec(state.s.node_velocity[n])) / dt);
+      continue;
+    }
     for (int a = 0; a < 3; ++a) {
       double& v = state.s.node_velocity[n][a];
       v = (before * v + push[n][a] * unit) / after;
@@ -132,11 +137,13 @@ void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, con
   }
 }
 
-void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum) {
+void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum, double dt) {
   const double unit = state.model.quantum / momentum_steps;  // kg m/s
   for (Index n = 0; n < state.s.node_count(); ++n) {
     for (int a = 0; a < 3; ++a) {
-      state.s.node_velocity[n][a] += static_cast<double>(momentum[n][a]) * unit * inverse_node_mass(state, n);
+      const double p = static_cast<double>(momentum[n][a]) * unit;
+      state.s.node_velocity[n][a] += p * inverse_node_mass(state, n);
+      if (state.model.mesh.pinned[n]) state.s.node_pin_force[n][a] -= p / dt;
     }
   }
 }

@@ -52,16 +52,17 @@ struct Split {
 /// From `in`, quanta that would enter each sample. φ = 1 where it is not limited.
 std::vector<Split> inflow_split(const ReferenceState& state, const std::vector<Quanta>& in, bool is_limited);
 
-/// Adds quanta and momentum (one value a sample) to the nodes: v_n = (m_n v_n + p_n)/(m_n + Δm_n), pinned nodes keep v.
+/// Adds quanta and momentum (one value a sample) to the nodes: v_n = (m_n v_n + p_n)/(m_n + Δm_n), pinned nodes keep v
+/// and their pins hold against the rest within `dt` (s).
 void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, const std::vector<Momentum>& momentum,
-                   const std::vector<Split>& split);
+                   const std::vector<Split>& split, double dt);
 
 /// Adds the solute that comes with `quanta` (one value a sample each) to the nodes.
 void give_solute_to_nodes(ReferenceState& state, const std::vector<Quanta>& solute, const std::vector<Quanta>& quanta,
                           const std::vector<Split>& split);
 
-/// Applies momentum (one value a node) without mass: v_n += u_n p_n.
-void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum);
+/// Applies momentum (one value a node) without mass: v_n += u_n p_n; pins hold against it within `dt` (s).
+void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum, double dt);
 
 /// Removes the marked particles from all fluid_* arrays; the order of the others stays.
 void remove_particles(HostState& s, const std::vector<bool>& gone);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <functional>
 
 #include "pipeline/backend.hpp"
@@ -90,6 +91,33 @@ cloth:
         EXPECT_NEAR(end.fluid_position[i][a], cases[i].end[a], 1e-7) << cases[i].name << ", axis " << a;
         EXPECT_NEAR(end.fluid_velocity[i][a], cases[i].left[a], 1e-5) << cases[i].name << ", axis " << a;
       }
+  });
+}
+
+TEST(advection, pins_hold_against_what_a_sheet_stops) {
+  const drench::Setup setup =
+      setup_from(with(wet_scene(), "pin: [{edges: true}]", "pin: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}}]"));
+  constexpr double dt = 0.002;
+  HostState s = setup.state;
+  for (Vec3& v : s.fluid_velocity) v = {1, -12, 0.3};
+  for (Vec3& f : s.node_pin_force) f = {0, 0, 0};
+  const auto momentum = [&](const HostState& state, std::size_t a) {
+    double sum = 0;
+    for (std::size_t i = 0; i < state.fluid_velocity.size(); ++i)
+      sum += setup.model.quantum * static_cast<double>(state.fluid_mass[i]) * state.fluid_velocity[i][a];
+    return sum;
+  };
+  run_on_both(setup.model, s, until_advection, {0, 0, dt}, [&](const Backend& backend, const StepReport& report) {
+    EXPECT_GT(report.collisions, 30);
+    const HostState end = backend.download();
+    ASSERT_EQ(end.fluid_count(), s.fluid_count());
+    for (std::size_t a = 0; a < 3; ++a) {
+      double held = 0;
+      for (const Vec3& f : end.node_pin_force) held += dt * f[a];
+      const double whole = std::fabs(momentum(s, 1));
+      EXPECT_NEAR(held, momentum(end, a) - momentum(s, a), 1e-6 * whole) << "axis " << a;
+      if (a == 1) EXPECT_GT(held, 0.1 * whole);
+    }
   });
 }
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "pipeline/backend.hpp"
+#include "pipeline/pipeline.hpp"
 #include "stage_compare.hpp"
 
 namespace drench::test {
@@ -69,6 +69,25 @@ TEST(time_step, resets_the_pin_forces) {
   run_on_both(setup.model, state, {Stage::time_step}, {}, [&](const Backend& backend, const StepReport&) {
     for (const Vec3& f : backend.download().node_pin_force) EXPECT_EQ(f, (Vec3{0, 0, 0}));
   });
+}
+
+TEST(time_step, a_step_cut_to_microseconds_throws_no_liquid) {
+  const auto setup = setup_from(R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}
+fluid: {spacing: 0.02, sources: [{block: {min: [-0.1, -0.2, -0.1], max: [0.1, -0.1, 0.1]}}]}
+bodies: [{box: {min: [-0.1, -0.2, -0.1], max: [0.1, 0.3, 0.1], inside: true}}]
+)");
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    Pipeline pipeline(setup.model, *backend, setup.state);
+    double before = 0;
+    for (int k = 0; k < 50; ++k) before = std::max(before, pipeline.step(1).fluid_speed);
+    for (const double cut : {1e-4, 1e-5, 1e-6, 1e-8}) {
+      const StepReport report = pipeline.step(cut);
+      EXPECT_DOUBLE_EQ(report.dt, cut);
+      EXPECT_LT(report.fluid_speed, 1.2 * before) << backend->name() << ", " << cut << " s";
+    }
+  }
 }
 
 }  // namespace drench::test

@@ -159,9 +159,10 @@ void exchange_impulses(const Constants& constants, Fluid& fluid, const Cloth& cl
       });
 }
 
-/// v_n += u_n p_n; the sums are zero again for the next step.
-void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& work) {
-  const Entries<Real3> velocity = cloth.nodes.velocity;
+/// v_n += u_n p_n, and what pins hold against; the sums are zero again for the next step.
+void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& work, double dt) {
+  const Entries<Real3> velocity = cloth.nodes.velocity, pin_force = cloth.nodes.pin_force;
+  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
   const Entries<const Real> inverse_mass = cloth.nodes.inverse_mass;
   const Entries<std::int64_t> momentum = work.momentum;
   const Entries<Index> hits = work.hits;
@@ -172,6 +173,7 @@ void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& wor
         const Double3 p{static_cast<double>(momentum(3 * n)), static_cast<double>(momentum(3 * n + 1)),
                         static_cast<double>(momentum(3 * n + 2))};
         velocity(n) = narrow(add(widen(velocity(n)), times(unit * static_cast<double>(inverse_mass(n)), p)));
+        if (pinned(n)) pin_force(n) = narrow(minus(widen(pin_force(n)), times(unit / dt, p)));
         for (Index a = 0; a < 3; ++a) momentum(3 * n + a) = 0;
         hits(n) = 0;
         if (n == 0) near_count() = 0;
@@ -322,7 +324,7 @@ void advection(const Constants& constants, Fluid& fluid, const NeighborLists& li
     fluid.exchange.add_up(work.hits, cloth.nodes.count);
     exchange_impulses(constants, fluid, cloth, work);
     fluid.exchange.add_up(work.momentum, 3 * cloth.nodes.count);
-    apply_momentum(constants, cloth, work);
+    apply_momentum(constants, cloth, work, info.dt);
     // Here, because the host waits below: who builds the samples' cells need not wait for their bounds.
     if (moving_cloth) refresh_samples_and_bounds(cloth);
   }

@@ -346,7 +346,7 @@ void absorption(const Constants& constants, Fluid& fluid, const NeighborLists& l
     gather_rows<SoluteArrival>("drench::absorption::deliver_solute", cloth.nodes.count, cloth.nodes.sample_start,
                                dissolve, dissolve);
   }
-  const Delivery deliver(constants, transfers, cloth);
+  const Delivery deliver(constants, transfers, cloth, info.dt);
   gather_rows<Arrival>("drench::absorption::deliver", cloth.nodes.count, cloth.nodes.sample_start, deliver, deliver);
   if (!constants.model.has_emission()) remove_taken(fluid, work);
 }

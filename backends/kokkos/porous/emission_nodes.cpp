@@ -90,7 +90,7 @@ void leave_solute(Cloth& cloth, TransferWork& transfers, EmissionWork& work) {
 void leave(const Constants& constants, Cloth& cloth, TransferWork& transfers, EmissionWork& work, double dt) {
   const Leaving leaving(work);
   const Maturing matured(constants, cloth, dt);
-  const Delivery deliver(constants, transfers, cloth);
+  const Delivery deliver(constants, transfers, cloth, dt);
   const Entries<int> any = work.any;
   gather_rows<NodeExchange>(
       "drench::emission::leave", cloth.nodes.count, cloth.nodes.sample_start,

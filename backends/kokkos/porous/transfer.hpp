@@ -197,26 +197,28 @@ struct Arrival {
   }
 };
 
-/// Gives each sample's `entering` and `momentum` to its nodes, by w_jn φ_n/φ_j: mass, and velocity of the nodes that
-/// are not pinned. For gather_rows over nodes.sample_start.
+/// Gives each sample's `entering` and `momentum` to its nodes, by w_jn φ_n/φ_j: mass, and velocity, or what pins hold
+/// against. For gather_rows over nodes.sample_start.
 struct Delivery {
   Transfers transfers;
   Entries<const Index> item;
   Entries<Quanta> liquid;
-  Entries<Real3> velocity;
+  Entries<Real3> velocity, pin_force;
   Entries<const Real> solid;
   Entries<const std::uint8_t> pinned;
-  double q, unit;
+  double q, unit, inverse_dt;
 
-  Delivery(const Constants& constants, TransferWork& work, Cloth& cloth)
+  Delivery(const Constants& constants, TransferWork& work, Cloth& cloth, double dt)
       : transfers(cloth, work),
         item(cloth.nodes.sample_item),
         liquid(cloth.nodes.liquid),
         velocity(cloth.nodes.velocity),
+        pin_force(cloth.nodes.pin_force),
         solid(cloth.nodes.solid_mass),
         pinned(cloth.nodes.pinned),
         q(constants.quantum),
-        unit(constants.quantum / momentum_steps) {}
+        unit(constants.quantum / momentum_steps),
+        inverse_dt(1 / dt) {}
 
   /// The share of item e's node in what its sample gets.
   KOKKOS_INLINE_FUNCTION Arrival operator()(const Index e) const {
@@ -239,9 +241,14 @@ struct Delivery {
     velocity(n) = {Real(factor * double(v.x)), Real(factor * double(v.y)), Real(factor * double(v.z))};
   }
   KOKKOS_INLINE_FUNCTION void operator()(const Index n, const Arrival& in) const {
-    const double before = double(solid(n)) + q * double(liquid(n)), after = before + q * double(in.gain);
-    if (!pinned(n) && after > 0 && (in.px != 0 || in.py != 0 || in.pz != 0 || in.gain != 0)) {
-      const Real3 v = velocity(n);
+    const double gained = q * double(in.gain);
+    const double before = double(solid(n)) + q * double(liquid(n)), after = before + gained;
+    const Real3 v = velocity(n);
+    if (pinned(n)) {
+      const Double3 brought{unit * in.px, unit * in.py, unit * in.pz};
+      const Double3 push = times(inverse_dt, minus(brought, times(gained, widen(v))));
+      pin_force(n) = narrow(minus(widen(pin_force(n)), push));
+    } else if (after > 0 && (in.px != 0 || in.py != 0 || in.pz != 0 || in.gain != 0)) {
       velocity(n) = {Real((before * double(v.x) + unit * in.px) / after),
                      Real((before * double(v.y) + unit * in.py) / after),
                      Real((before * double(v.z) + unit * in.pz) / after)};
