@@ -44,7 +44,12 @@ Near nearest(const Four& x, bool edges) { return edges ? near_edges(x) : near_tr
 class SelfCollision {
  public:
   SelfCollision(ReferenceState& state, const StepInfo& info)
-      : state_(state), mesh_(state.model.mesh), dt_(info.dt), bodies_(placed_bodies(state, info)), layers_(state) {
+      : state_(state),
+        mesh_(state.model.mesh),
+        dt_(info.dt),
+        share_(info.correction_share),
+        bodies_(placed_bodies(state, info)),
+        layers_(state) {
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       velocity_.push_back(vec(state.s.node_velocity[n]));
       if (mesh_.pinned[n]) velocity_[n] = (pin_position(state, n, info.time + dt_) - start(n)) / dt_;
@@ -72,7 +77,7 @@ class SelfCollision {
  private:
   ReferenceState& state_;
   const ClothMesh& mesh_;
-  double dt_;
+  double dt_, share_;  // share_: s of docs/theory/liquid.md, Eq. 24
   std::vector<PlacedBody> bodies_;
   Vectors velocity_;
   std::vector<Pair> pairs_;
@@ -183,7 +188,7 @@ class SelfCollision {
         normal = near->apart.normalized();
       if (!normal) continue;
       const double target_gap = pair.distance < pair.thickness
-                                    ? std::min(pair.thickness, pair.distance + 0.1 * pair.thickness)
+                                    ? std::min(pair.thickness, pair.distance + 0.1 * share_ * pair.thickness)
                                     : pair.thickness;
       contacts.push_back({&pair, near->b, *normal, target_gap});
     }

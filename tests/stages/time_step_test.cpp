@@ -90,4 +90,24 @@ bodies: [{box: {min: [-0.1, -0.2, -0.1], max: [0.1, 0.3, 0.1], inside: true}}]
   }
 }
 
+TEST(time_step, a_step_cut_to_a_microsecond_throws_no_layers_apart) {
+  const auto setup = setup_from(R"(drench: 1
+time: {step: 0.002, end: 1}
+gravity: [0, 0, 0]
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+cloth:
+  - {mesh: {grid: {size: [0.2, 0.2], nodes: [6, 6]}}, thickness: 0.002, self_collision: true}
+  - mesh: {grid: {size: [0.2, 0.2], nodes: [6, 6]}}
+    place: {position: [0.013, 0.001, 0.007]}
+    thickness: 0.002
+    self_collision: true
+)");
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    Pipeline pipeline(setup.model, *backend, setup.state);
+    const double cut = pipeline.step(1e-6).cloth_speed, whole = pipeline.step(1).cloth_speed;
+    EXPECT_GT(whole, 0.02) << backend->name();
+    EXPECT_LT(cut, 2.1 * whole) << backend->name();
+  }
+}
+
 }  // namespace drench::test

@@ -74,7 +74,8 @@ MemoryEstimate self_collision_bytes(const Sizing& s) {
   return sum;
 }
 
-Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cloth, SelfCollisionWork& work, Real step)
+Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
+                     const StepInfo& info)
     : position(cloth.nodes.position),
       seen(work.seen),
       end(work.end),
@@ -123,7 +124,8 @@ Collision::Collision(const Constants& constants, const Bodies& bodies, Cloth& cl
       way_unit(double(constants.spacing) / zones::way_units),
       margin(work.margin),
       full_mass(work.full_mass),
-      dt(step),
+      parting(0.1 * info.correction_share),
+      dt(static_cast<Real>(info.dt)),
       half_reach(static_cast<Real>(0.50001 * (work.thickness + 2 * work.margin))),
       nodes(cloth.nodes.count) {}
 
@@ -153,7 +155,7 @@ void self_collision(const Constants& constants, Bodies& bodies, Cloth& cloth, Se
   CollisionProgress at;
   while (!at.done) {
     make_room_for_pairs(work, at.close_clusters, at.candidates, at.pairs);
-    const Collision s(constants, bodies, cloth, work, dt);
+    const Collision s(constants, bodies, cloth, work, info);
     at = resident ? keep_apart_resident(work, s, at) : keep_apart(Launches{}, s, at);
   }
   work.found_pairs = at.pairs;

@@ -66,10 +66,12 @@ struct Collision {
   Entries<Index> counter;
   double momentum_unit, way_unit, margin;  // kg m/s; m; m
   double full_mass;                        // kg, of all cloth with the liquid that fits
+  double parting;                          // 1: of its thickness, what opens of a gap that is too small
   Real dt, half_reach;                     // s; m
   Index nodes;
 
-  Collision(const Constants& constants, const Bodies& bodies, Cloth& cloth, SelfCollisionWork& work, Real step);
+  Collision(const Constants& constants, const Bodies& bodies, Cloth& cloth, SelfCollisionWork& work,
+            const StepInfo& info);
 
   KOKKOS_INLINE_FUNCTION Clearance clearance(Index n) const {
     const Real thickness = materials(n).thickness;
@@ -250,7 +252,7 @@ struct FindContact {
       if (!(near.distance > 0)) return;
       c.normal = {near.apart.x / near.distance, near.apart.y / near.distance, near.apart.z / near.distance};
     }
-    c.short_of = smaller(tau, start < tau ? start + 0.1 * tau : tau);
+    c.short_of = smaller(tau, start < tau ? start + s.parting * tau : tau);
     double moves = 0, most = 0;  // of the gap and of a node by an impulse, 1/kg
     for (int k = 0; k < 4; ++k) {
       c.node[k] = pair.node[k];
