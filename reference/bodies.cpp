@@ -75,7 +75,7 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
   std::vector<RigidMotion> motion;
   for (Index k = 0; k < s.body_count(); ++k) motion.push_back(motion_of(pose_of(s, k)));
   std::vector<ContactImpulse> contacts(motion.size());
-  if (m.has_dynamic_body()) contacts = RigidContacts(m).advance(motion, info.dt, time);
+  if (m.has_dynamic_body()) contacts = RigidContacts(m).advance(motion, info.dt, time, info.correction_share);
   for (Index k = 0; k < s.body_count(); ++k) {
     const Body& body = m.bodies[k];
     if (!body.moves()) continue;

@@ -99,7 +99,8 @@ struct RigidContacts::World {
     for (const Joint& j : model.joints) add(j);
   }
 
-  std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt, double end) {
+  std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt, double end, double share) {
+    world_.getSolverInfo().m_erp = world_.getSolverInfo().m_erp2 = 0.2 * share;
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (bodies_[b]) place(b, motion[b], dt);
     for (Hinge& h : hinges_) fasten(h, dt, end);
@@ -370,8 +371,9 @@ struct RigidContacts::World {
 RigidContacts::RigidContacts(const Model& model) : world_(std::make_unique<World>(model)) {}
 RigidContacts::~RigidContacts() = default;
 
-std::vector<ContactImpulse> RigidContacts::advance(std::vector<RigidMotion>& motion, double dt, double end) {
-  return world_->advance(motion, dt, end);
+std::vector<ContactImpulse> RigidContacts::advance(std::vector<RigidMotion>& motion, double dt, double end,
+                                                   double share) {
+  return world_->advance(motion, dt, end, share);
 }
 
 }  // namespace drench

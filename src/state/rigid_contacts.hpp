@@ -31,9 +31,9 @@ class RigidContacts {
 
   /// Over `dt` until `end` (s): dynamic bodies that touch something or hang on a hinge get the pose of the end of the
   /// step and their velocities after it; all others stay as given. `motion` of each body: its pose at the start of the
-  /// step and its velocities, of dynamic ones with all forces of the step in them. Nothing is kept from one step to the
-  /// next.
-  std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt, double end);
+  /// step and its velocities, of dynamic ones with all forces of the step in them; `share`: StepInfo::correction_share,
+  /// of overlaps. Nothing is kept from one step to the next.
+  std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt, double end, double share = 1);
 
  private:
   struct World;

@@ -110,4 +110,22 @@ cloth:
   }
 }
 
+TEST(time_step, a_step_cut_to_a_microsecond_throws_no_body) {
+  // Boxes that rest on each other and on a floor, a little too deep.
+  const auto setup = setup_from(R"(drench: 1
+time: {step: 0.002, end: 1}
+domain: {min: [-1, -1, -1], max: [1, 1, 1]}
+fluid: {spacing: 0.02, sources: [{block: {min: [0.6, 0, 0.6], max: [0.62, 0.02, 0.62]}}]}
+bodies:
+  - {plane: {point: [0, 0, 0], normal: [0, 1, 0]}}
+  - {box: {min: [-0.05, -0.0003, -0.05], max: [0.05, 0.0997, 0.05], dynamic: true, density: 500}}
+  - {box: {min: [-0.05, 0.0994, -0.05], max: [0.05, 0.1994, 0.05], dynamic: true, density: 500}}
+)");
+  for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
+    Pipeline pipeline(setup.model, *backend, setup.state);
+    pipeline.step(1e-6);
+    for (const Vec3& v : backend->download().body_velocity) EXPECT_LT(std::fabs(v[1]), 0.1) << backend->name();
+  }
+}
+
 }  // namespace drench::test

@@ -81,13 +81,14 @@ RigidState state_of(const RigidMotion& m) {
 }
 
 /// Where a body is dynamic: on the host, with contacts and hinges.
-void move_dynamic_bodies(Bodies& bodies, double t, double dt) {
+void move_dynamic_bodies(Bodies& bodies, const StepInfo& info) {
   const std::vector<RigidState> start = to_host<RigidState>(bodies.state, bodies.count);
   std::vector<RigidState> keyed, end = start;
   if (bodies.keyed.extent(0) > 0) keyed = to_host<RigidState>(bodies.keyed, bodies.count);
   std::vector<RigidMotion> motion;
   for (const RigidState& s : start) motion.push_back(motion_of(s));
-  const std::vector<ContactImpulse> contacts = bodies.contacts->advance(motion, dt, t);
+  const double t = info.time + info.dt;
+  const std::vector<ContactImpulse> contacts = bodies.contacts->advance(motion, info.dt, t, info.correction_share);
   for (std::size_t b = 0; b < end.size(); ++b) {
     const RigidBody& body = bodies.constant_on_host[b];
     bodies.given_by_bodies.push_back({to_double(contacts[b].impulse), to_double(contacts[b].turning)});
@@ -99,15 +100,16 @@ void move_dynamic_bodies(Bodies& bodies, double t, double dt) {
     RigidState& s = end[b];
     if (contacts[b].touched) s = state_of(motion[b]);
     const Double3 momentum = times_inertia(body, start[b].orientation, s.spin);
-    if (!contacts[b].touched) s = moved(s, dt);
+    if (!contacts[b].touched) s = moved(s, info.dt);
     s.spin = over_inertia(body, s.orientation, momentum);
   }
   copy_to_device<RigidState>(bodies.state, end);
   if (!bodies.deforming.empty()) stop_at_deforming(bodies);
 }
 
-void move_bodies(Bodies& bodies, double t, double dt) {
-  if (bodies.contacts) return move_dynamic_bodies(bodies, t, dt);
+void move_bodies(Bodies& bodies, const StepInfo& info) {
+  if (bodies.contacts) return move_dynamic_bodies(bodies, info);
+  const double t = info.time + info.dt;
   const Entries<const RigidBody> constant = std::as_const(bodies).constant;
   const Entries<const RigidState> keyed = bodies.keyed;
   const Entries<RigidState> state = bodies.state;
@@ -123,7 +125,7 @@ void move_bodies(Bodies& bodies, double t, double dt) {
 void bodies(const Constants& constants, Bodies& bodies, const StepInfo& info) {
   place_solids(constants, bodies, info);
   place_keyed(constants, bodies, info.time + info.dt, 0);
-  move_bodies(bodies, info.time + info.dt, info.dt);
+  move_bodies(bodies, info);
   const Bodies& all = bodies;
   const Entries<const RigidBody> constant = all.constant;
   const Entries<const RigidState> state = all.state;
