@@ -116,7 +116,9 @@ TEST(advection, pins_hold_against_what_a_sheet_stops) {
       for (const Vec3& f : end.node_pin_force) held += dt * f[a];
       const double whole = std::fabs(momentum(s, 1));
       EXPECT_NEAR(held, momentum(end, a) - momentum(s, a), 1e-6 * whole) << "axis " << a;
-      if (a == 1) EXPECT_GT(held, 0.1 * whole);
+      if (a == 1) {
+        EXPECT_GT(held, 0.1 * whole);
+      }
     }
   });
 }
