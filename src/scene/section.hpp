@@ -74,8 +74,8 @@ class Section {
   /// A mesh file that exists; becomes an absolute path.
   virtual void mesh_file(const char* key, std::string& value, const char* meaning) = 0;
 
-  /// Mesh files that exist, in their order: a list of names, a name with {} or {:04d} for 0, 1, … or 1, 2, …, or one
-  /// with a *.
+  /// Mesh files that exist, in their order: a list of names, a name with {} or {:04d} for consecutive numbers, or
+  /// one with a *.
   virtual void mesh_files(const char* key, std::vector<std::string>& values, const char* meaning) = 0;
   /// The same of other files.
   virtual void other_files(const char* key, std::vector<std::string>& values, const char* meaning) = 0;

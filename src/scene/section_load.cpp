@@ -348,7 +348,9 @@ void LoadSection::files(const char* key, std::vector<std::string>& values, const
   if (found->kind != Value::Kind::scalar || found->text.find('\0') != std::string::npos)
     fail(*found, key, fmt::format("is {}; allowed: {}", found->shown(), allowed));
   Value name = *found;
-  for (const std::string& file : sequence_names(found->text, folder_)) {
+  const auto [names, problem] = sequence_names(found->text, folder_);
+  if (!problem.empty()) fail(*found, key, fmt::format("{} {}", found->shown(), problem));
+  for (const std::string& file : names) {
     name.text = file;
     values.push_back(read_file_name(name, key, mesh));
   }

@@ -6,9 +6,14 @@
 
 namespace drench {
 
-/// Of "ball_{:04d}.obj": those that exist of 0, 1, … or, without a 0, of 1, 2, … up to the first that is missing. Of
-/// "ball_*.obj": those that exist, in the order of their names. Relative ones lie in `folder`. Any other text is itself
-/// a name.
-std::vector<std::string> sequence_names(const std::string& pattern, const std::string& folder);
+struct SequenceNames {
+  std::vector<std::string> names;
+  std::string problem;  // empty: none; otherwise as the end of a message
+};
+
+/// Of "ball_{:04d}.obj": the numbered files that exist, from the lowest number on. Of "ball_*.obj": those that exist,
+/// by the numbers in their names (2 before 10). Relative ones lie in `folder`. Any other text is itself a name. A
+/// problem: a number is missing; with `*`, and nothing but numbers in its place, these may be 0, 5, 10, … too.
+SequenceNames sequence_names(const std::string& pattern, const std::string& folder);
 
 }  // namespace drench

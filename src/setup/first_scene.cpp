@@ -307,7 +307,8 @@ std::string measure(Suggestion& s, FirstScene& result) {
   MeshGuess guess = s.mesh.empty() ? MeshGuess{} : guess_of(bounds_of(mesh.points));
   std::string first;
   if (with_body) {
-    const std::vector<std::string> files = sequence_names(s.body, "");
+    const auto [files, problem] = sequence_names(s.body, "");
+    if (!problem.empty()) throw SetupError(fmt::format("mesh files '{}' {}", s.body, problem));
     if (files.empty()) throw SetupError(fmt::format("mesh files '{}': no such files", s.body));
     s.animated = files.size() > 1 || files.front() != s.body;
     first = files.front();
