@@ -48,7 +48,7 @@ void check(const Resume& r, const Checkpoint& now, const Model& model) {
     refuse(fmt::format("was computed by backend {}, this run uses {}", c.backend, now.backend));
   if (const auto difference = scene_difference(c.scene, now.scene, resumable_keys))
     refuse(fmt::format("is of another scene: {}; only {} may change", *difference, fmt::join(resumable_keys, ", ")));
-  if (c.geometry != now.geometry) refuse("is of another scene: the meshes have changed");
+  if (c.geometry != now.geometry) refuse("is of another scene: its meshes or the files of a sequence have changed");
   if (!fits(c.state, model)) refuse("its array sizes differ from those of the scene");
 }
 

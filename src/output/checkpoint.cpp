@@ -177,6 +177,33 @@ std::string whole_file(const fs::path& path) {
   return text;
 }
 
+/// What was read from the files of sequences beside deforming bodies. Liquid is read during the run: of its files only
+/// the names and sizes are compared.
+void add_sequences(Checksum& sum, const Model& model) {
+  const auto add_keys = [&](const auto& keys) { sum.add(keys.data(), keys.size() * sizeof keys[0]); };
+  for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+    if (model.scene.bodies[b].sequence.files.empty()) continue;
+    add_keys(model.bodies[b].path.keys());
+    add_keys(model.bodies[b].turns);
+  }
+  const auto follows_files = [](const PinScene& pin) { return !pin.sequence.files.empty(); };
+  if (std::any_of(model.scene.cloths.begin(), model.scene.cloths.end(), [&](const ClothScene& cloth) {
+        return std::any_of(cloth.pins.begin(), cloth.pins.end(), follows_files);
+      }))
+    for (const PinMotion& motion : model.pin_motions) add_keys(motion.path.keys());
+  for (std::size_t j = model.jets.size() - model.scene.fluid.mesh_jets.size(); j < model.jets.size(); ++j) {
+    sum.add(model.jets[j].offsets);
+    for (const std::vector<Vec3>& points : model.jets[j].mouth->points) sum.add(points);
+    add_keys(model.jets[j].mouth->area.keys());
+  }
+  for (const BlockScene& block : model.scene.fluid.blocks)
+    for (const std::string& file : block.sequence.files) {
+      std::error_code error;
+      const std::string text = fmt::format("{} {}\n", fs::path(file).filename().string(), fs::file_size(file, error));
+      sum.add(text.data(), text.size());
+    }
+}
+
 }  // namespace
 
 void write_checkpoint(const fs::path& path, const Checkpoint& checkpoint) {
@@ -275,6 +302,7 @@ std::uint64_t geometry_of(const Model& model) {
     sum.add(body.mesh_triangles);
     for (const std::vector<Vec3>& points : body.shape.points) sum.add(points);
   }
+  add_sequences(sum, model);
   return sum.value();
 }
 

@@ -49,7 +49,7 @@ std::int64_t checkpoint_step(const std::filesystem::path& path);
 /// A folder's checkpoints, the newest first.
 std::vector<std::filesystem::path> checkpoints_in(const std::filesystem::path& folder);
 
-/// A checksum of the model's meshes and samples.
+/// A checksum of the model's meshes, samples and files of sequences.
 std::uint64_t geometry_of(const Model& model);
 
 }  // namespace drench

@@ -75,5 +75,32 @@ cloth:
   EXPECT_GT(lift, 0) << "it carries what it holds";
 }
 
+TEST(baked_cloth, does_not_go_on_with_other_files) {
+  const TempFolder folder;
+  const auto file = [&](int k) { return folder.path() / ("sheet_" + std::to_string(k) + ".obj"); };
+  for (int k = 0; k < 12; ++k) write_text(file(k), sheet(k));
+  const Scene scene = parse_scene(R"(drench: 1
+time: {step: 0.004, end: 0.2}
+domain: {min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}
+cloth:
+  - mesh: {file: ")" + file(0).string() +
+                                      R"("}
+    clean: off
+    pin: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, sequence: ")" +
+                                      (folder.path() / "sheet_*.obj").string() + R"(", fps: 250}]
+)",
+                                  "baked.yaml");
+  const std::string checkpoint = (folder.path() / "here.checkpoint").string();
+  Simulation(scene).save_checkpoint(checkpoint);
+  EXPECT_TRUE(Simulation(scene).resume(checkpoint).empty());
+  write_text(file(7), sheet(8));  // of the same size
+  try {
+    Simulation(scene).resume(checkpoint);
+    FAIL() << "another motion";
+  } catch (const std::exception& e) {
+    EXPECT_NE(std::string(e.what()).find("the files of a sequence have changed"), std::string::npos) << e.what();
+  }
+}
+
 }  // namespace
 }  // namespace drench::test
