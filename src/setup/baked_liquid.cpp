@@ -68,6 +68,17 @@ bool BakedLiquid::in_domain(const Vec3& x) const {
 }
 
 BakedLiquid::Frame BakedLiquid::read(std::int64_t number) const {
+  try {
+    return read_file(number);
+  } catch (const SetupError& e) {  // also in the middle of a run, where nobody else knows of the file
+    const std::string &file = source_.sequence.files[static_cast<std::size_t>(number)], what = e.what();
+    throw SetupError(what.find(file) == std::string::npos ? fmt::format("file '{}': {}", file, what) : what,
+                     source_.shape == BlockScene::Shape::mesh ? "fluid.sources.0.mesh.sequence"
+                                                              : "fluid.sources.0.particles.sequence");
+  }
+}
+
+BakedLiquid::Frame BakedLiquid::read_file(std::int64_t number) const {
   BlockScene source = source_;
   source.placed.file = source_.sequence.files[static_cast<std::size_t>(number)];
   std::vector<std::string> warnings, hints;  // those of the first file are reported at set-up
@@ -76,7 +87,7 @@ BakedLiquid::Frame BakedLiquid::read(std::int64_t number) const {
   frame.number = number;
   frame.id = std::move(file.particles.id);
   const auto fail = [&](const std::string& what) {
-    throw SetupError(fmt::format("particle file '{}': {}", source.placed.file, what), "fluid.sources.0.particles");
+    throw SetupError(fmt::format("particle file '{}': {}", source.placed.file, what));
   };
   if (file.particles.position.empty() && file.mesh.mesh_triangles.empty()) return frame;
   if (knows_ids_ && has_ids_ != !frame.id.empty())

@@ -40,6 +40,7 @@ class BakedLiquid {
   /// Of file `number`; the last three stay in memory.
   const Frame& frame(std::int64_t number);
   Frame read(std::int64_t number) const;
+  Frame read_file(std::int64_t number) const;
   bool in_domain(const Vec3& x) const;
   /// Has cloth absorbed the particle of that id, which file `number` still has?
   bool is_absorbed(std::int64_t number, std::int64_t id);

@@ -166,6 +166,29 @@ TEST_F(BakedLiquidFiles, go_on_from_a_checkpoint_with_the_same_bits) {
   }
 }
 
+TEST_F(BakedLiquidFiles, do_not_go_on_with_other_files) {
+  write(true);
+  const std::string checkpoint = (folder_.path() / "here.checkpoint").string();
+  Simulation first(parse_scene(scene(), "baked.yaml"));
+  first.run_until(0.06);
+  first.save_checkpoint(checkpoint);
+  const std::filesystem::path last = folder_.path() / ("liquid_" + std::to_string(files - 1) + ".ply");
+  const auto resumed = [&]() -> std::string {
+    try {
+      Simulation(parse_scene(scene(), "baked.yaml")).resume(checkpoint);
+      return "";
+    } catch (const std::exception& e) {
+      return e.what();
+    }
+  };
+  EXPECT_EQ(resumed(), "");
+  const std::string expected = "is of another scene: its meshes or the files of a sequence have changed";
+  write_frame(last, files - 1, true, 1);
+  EXPECT_NE(resumed().find(expected), std::string::npos) << resumed();
+  std::filesystem::remove(last);
+  EXPECT_NE(resumed().find(expected), std::string::npos) << resumed();
+}
+
 TEST_F(BakedLiquidFiles, may_bring_new_particles_and_take_old_ones_away) {
   for (int k = 0; k < files; ++k)
     write_frame(folder_.path() / ("liquid_" + std::to_string(k) + ".ply"), k, true, k < 2 ? 10 : k < 4 ? 0 : 5);
@@ -206,6 +229,30 @@ TEST_F(BakedLiquidFiles, are_refused_where_ids_are_wrong) {
   EXPECT_NE(message(scene("\n    - block: {min: [0.1, 0.1, 0.1], max: [0.2, 0.2, 0.2]}"))
                 .find("allowed: a sequence as the only source"),
             std::string::npos);
+}
+
+TEST_F(BakedLiquidFiles, name_a_broken_file_and_their_key) {
+  write(true);
+  std::ofstream(folder_.path() / "liquid_3.ply")
+      << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+         "property int id\nend_header\n0 nan 0 4\n";
+  write_text(folder_.path() / "scene.yaml", scene());
+  const Outcome o = run_drench(folder_.path(), {"run", "scene.yaml", "--quiet"});
+  EXPECT_EQ(o.code, 2);
+  EXPECT_EQ(o.err.find("scene.yaml:6:31: fluid.sources.0.particles.sequence: particle file '"), 0U) << o.err;
+  EXPECT_NE(o.err.find("liquid_3.ply': numbers of particle 0 are not finite"), std::string::npos) << o.err;
+  const char* open_box = "v 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0 0 0.2\nf 1 2 3\nf 1 2 4\n";
+  const char* tetrahedron = "v 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0 0 0.2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  for (int k = 0; k < 3; ++k)
+    write_text(folder_.path() / ("s_" + std::to_string(k) + ".obj"), k == 1 ? open_box : tetrahedron);
+  std::string text = scene();
+  const auto from = text.find("particles:"), to = text.find(", fps");
+  text.replace(from, to - from, "mesh: {sequence: \"s_*.obj\"");
+  write_text(folder_.path() / "scene.yaml", text);
+  const Outcome other = run_drench(folder_.path(), {"run", "scene.yaml", "--quiet", "-o", "other"});
+  EXPECT_EQ(other.code, 2);
+  EXPECT_EQ(other.err.find("scene.yaml:6:26: fluid.sources.0.mesh.sequence: "), 0U) << other.err;
+  EXPECT_NE(other.err.find("s_1.obj"), std::string::npos) << other.err;
 }
 
 /// Emitters begin later, and what has flowed away is not there any more.
