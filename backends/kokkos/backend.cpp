@@ -40,6 +40,7 @@ class KokkosBackend final : public Backend {
         bodies_(constants_),
         cloth_(constants_) {
     for (CellTable* table : {&wet_adhesion_.cells, &measures_.cells}) *table = CellTable(model.scene.sort);
+    take_applied(constants_, bodies_);
     aim_jets();
   }
 
