@@ -209,10 +209,10 @@ Jet make_mesh_jet(const Model& model, const MeshJetScene& scene, const std::stri
   mouth.fps = scene.sequence.fps;
   mouth.stride = golden_stride(static_cast<std::int64_t>(jet.offsets.size()));
   mouth.moves = moves(scene.motion) || faces.points.size() > 1;
-  std::vector<Key<double>> areas;
-  for (std::size_t k = 0; k < faces.area.size(); ++k) {
-    areas.push_back({static_cast<double>(k) / mouth.fps, faces.area[k]});
-    jet.area = std::max(jet.area, areas.back().value);
+  std::vector<Key<double>> areas = faces.area;
+  for (Key<double>& key : areas) {
+    key.time /= mouth.fps;
+    jet.area = std::max(jet.area, key.value);
   }
   mouth.area = areas.front().value;
   if (areas.size() > 1) {

@@ -276,6 +276,49 @@ std::vector<std::vector<Vec3>> placed_files(const std::vector<std::string>& file
   return placed;
 }
 
+/// What a mesh emits for whose points move in straight lines from file to file: quadratic in time, or the root of a
+/// polynomial, where faces change their shape or turn.
+class MovingArea {
+ public:
+  MovingArea(const std::vector<std::vector<Vec3>>& files, const std::vector<std::array<Index, 3>>& triangles,
+             const MeshJetScene& scene)
+      : files_(files), triangles_(triangles), scene_(scene) {}
+
+  Key<double> at_file(std::size_t file) const { return {static_cast<double>(file), sum_of(files_[file])}; }
+
+  /// Adds keys after `from`, of a file or between two, up to `to`, halving until straight lines differ by `most`, m².
+  void add_until(const Key<double>& to, const Key<double>& from, double most, std::vector<Key<double>>& keys,
+                 int halved = 0) const {
+    const Key<double> middle = between(0.5 * (from.time + to.time));
+    const bool straight = std::abs(middle.value - 0.5 * (from.value + to.value)) <= most;
+    if ((straight && halved > 0) || halved == 9) {
+      keys.push_back(middle);
+      keys.push_back(to);
+      return;
+    }
+    add_until(middle, from, most, keys, halved + 1);
+    add_until(to, middle, most, keys, halved + 1);
+  }
+
+ private:
+  Key<double> between(double time) const {
+    const auto file = static_cast<std::size_t>(time);
+    std::vector<Vec3> points = files_[file];
+    for (std::size_t p = 0; p < points.size(); ++p)
+      points[p] = to_vec3(to_eigen(points[p]) +
+                          (time - static_cast<double>(file)) * (to_eigen(files_[file + 1][p]) - to_eigen(points[p])));
+    return {time, sum_of(points)};
+  }
+  double sum_of(const std::vector<Vec3>& points) const {
+    const std::vector<double> areas = emitting_areas(points, triangles_, scene_);
+    return std::accumulate(areas.begin(), areas.end(), 0.0);
+  }
+
+  const std::vector<std::vector<Vec3>>& files_;
+  const std::vector<std::array<Index, 3>>& triangles_;
+  const MeshJetScene& scene_;
+};
+
 }  // namespace
 
 std::int64_t golden_stride(std::int64_t n) {
@@ -297,13 +340,14 @@ EmittingFaces emitting_faces(const std::vector<std::string>& files, const std::s
   Eigen::AlignedBox3d box;
   for (const Vec3& x : placed.front()) box.extend(to_eigen(x));
   faces.center = to_vec3(box.center());
-  for (const std::vector<Vec3>& points : placed) {
-    const std::vector<double> areas = emitting_areas(points, triangles, scene);
-    faces.area.push_back(std::accumulate(areas.begin(), areas.end(), 0.0));
-  }
-  const auto largest =
-      static_cast<std::size_t>(std::max_element(faces.area.begin(), faces.area.end()) - faces.area.begin());
-  const double most = faces.area[largest], least = 0.5 * spacing * spacing;
+  const MovingArea area(placed, triangles, scene);
+  std::vector<Key<double>> of_files;
+  for (std::size_t k = 0; k < placed.size(); ++k) of_files.push_back(area.at_file(k));
+  const auto largest = static_cast<std::size_t>(
+      std::max_element(of_files.begin(), of_files.end(),
+                       [](const Key<double>& a, const Key<double>& b) { return a.value < b.value; }) -
+      of_files.begin());
+  const double most = of_files[largest].value, least = 0.5 * spacing * spacing;
   if (scene.direction && !(most > 0))
     throw SetupError(name +
                      ": none of its faces looks along `direction`; allowed: the opposite direction, or none for flow "
@@ -318,6 +362,8 @@ EmittingFaces emitting_faces(const std::vector<std::string>& files, const std::s
         fmt::format("{}: its mouth needs {:.3g} particles at spacing {} m; allowed: at most {:.0e}, so a smaller mesh "
                     "or a larger spacing",
                     name, count, spacing, max_face_points));
+  faces.area.push_back(of_files.front());
+  for (std::size_t k = 1; k < placed.size(); ++k) area.add_until(of_files[k], of_files[k - 1], 1e-5 * most, faces.area);
   const std::vector<Facet> facets = facets_of(placed[largest], triangles, spacing / 5);
   const Cells cells = CellMaker(placed[largest], triangles, scene, facets, spacing).make();
   const auto emitted_by = [&](std::size_t file) {

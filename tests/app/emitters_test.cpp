@@ -157,6 +157,26 @@ TEST_F(Faces, MoveAndTurnWithTheirEmitter) {
   EXPECT_TRUE(any_has(setup.warnings, "points of its mouth are outside the domain at"));
 }
 
+/// Points in straight lines between two files that are half a turn apart: the square shrinks to a point, and grows.
+TEST_F(Faces, EmitForTheAreaBetweenTheirFiles) {
+  Scene moving = scene(write("far_0.obj", "v 0.1 0 0.1\nv 0.1 0 -0.1\nv -0.1 0 -0.1\nv -0.1 0 0.1\nf 1 2 3 4\n"));
+  MeshJetScene& mesh = moving.fluid.mesh_jets[0];
+  mesh.sequence = {
+      {mesh.placed.file, write("far_1.obj", "v -0.1 0 -0.1\nv -0.1 0 0.1\nv 0.1 0 0.1\nv 0.1 0 -0.1\nf 1 2 3 4\n")}, 2};
+  for (const bool along : {false, true}) {
+    if (along) mesh.direction = {0, 1, 0};
+    const drench::Setup setup = build(moving);
+    const Jet& jet = setup.model.jets.at(0);
+    for (const double part : {0.2, 0.5, 0.9, 1.0}) {
+      const double exact = 1.5 * 0.04 * 0.5 * (1 - std::pow(1 - 2 * part, 3)) / 6;
+      EXPECT_NEAR(volume_out(jet, 0.5 * part), exact, 1e-5 * exact) << part;
+    }
+    EXPECT_NEAR(jet.area, 0.04, 1e-15);
+  }
+  mesh.sequence.files[1] = mesh.sequence.files[0];
+  EXPECT_LE(build(moving).model.jets.at(0).mouth->area.keys().size(), 5U) << "nothing changes";
+}
+
 TEST_F(Faces, SayWhatIsWrongWithThem) {
   Scene small = scene(write("speck.obj", "v 0 0 0\nv 0.001 0 0\nv 0 0 0.001\nf 1 2 3\n"));
   EXPECT_EQ(error_of(small),
