@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <functional>
 #include <optional>
 
 #include "scene/load.hpp"
+#include "setup/body_geometry.hpp"
 #include "setup/mesh_io.hpp"
 #include "setup/setup_error.hpp"
 
@@ -21,27 +23,34 @@ std::optional<int> open_file_of(const std::vector<float>& values) {
   return fileno(file);
 }
 
-/// Of each corner of the triangles of a mesh file, u and v; empty without a file or without coordinates in it.
-std::vector<float> coordinates_of(const std::string& file, const std::string& scene_path) {
+/// Coordinates of the corners of a mesh's triangles; `untextured` as in SurfaceMesh.
+using Coordinates = std::function<TextureCorners(std::size_t& untextured)>;
+struct MeshFile {
+  std::string name;  // for warnings
+  Coordinates coordinates;
+};
+
+std::vector<float> numbers_of(const TextureCorners& texture) {
   std::vector<float> values;
-  if (file.empty()) return values;
-  for (const auto& triangle : read_mesh(file, scene_path, {.texture = true}).texture)
+  for (const auto& triangle : texture)
     for (const auto& corner : triangle)
       for (const double coordinate : corner) values.push_back(static_cast<float>(coordinate));
   return values;
 }
 
-struct MeshFile {
-  std::string name;  // for warnings
-  std::string file;
-};
 /// `OPTION=NUMBER:DESCRIPTOR` for each of `files` that has coordinates.
 std::vector<std::string> arguments_of(const std::string& option, const std::vector<MeshFile>& files,
-                                      const std::string& scene_path, std::vector<std::string>& warnings) {
+                                      std::vector<std::string>& warnings) {
   std::vector<std::string> arguments;
   for (std::size_t k = 0; k < files.size(); ++k) {
     try {
-      const std::vector<float> values = coordinates_of(files[k].file, scene_path);
+      std::size_t untextured = 0;
+      const std::vector<float> values = numbers_of(files[k].coordinates(untextured));
+      if (untextured > 0)
+        warnings.push_back(
+            fmt::format("no texture coordinates of {}: {} corners in its mesh file have none; allowed: "
+                        "all corners, or none",
+                        files[k].name, untextured));
       if (values.empty()) continue;
       if (const auto file = open_file_of(values))
         arguments.push_back(fmt::format("{}={}:{}", option, k, *file));
@@ -67,10 +76,19 @@ std::vector<std::string> texture_arguments(const std::filesystem::path& run_fold
     return {};
   }
   std::vector<MeshFile> cloths, bodies;
-  for (const ClothScene& cloth : scene.cloths) cloths.push_back({"cloth " + cloth.name, cloth.file});
-  for (const BodyScene& body : scene.bodies) bodies.push_back({fmt::format("body {}", bodies.size()), body.file});
-  std::vector<std::string> arguments = arguments_of("--texture", cloths, path, warnings);
-  for (std::string& word : arguments_of("--body-texture", bodies, path, warnings)) arguments.push_back(std::move(word));
+  for (const ClothScene& cloth : scene.cloths)
+    cloths.push_back({"cloth " + cloth.name, [&](std::size_t& untextured) {
+                        if (cloth.file.empty()) return TextureCorners();
+                        SurfaceMesh mesh = read_mesh(cloth.file, path, {.texture = true});
+                        untextured = mesh.untextured;
+                        return std::move(mesh.texture);
+                      }});
+  for (const BodyScene& body : scene.bodies)
+    bodies.push_back({fmt::format("body {}", bodies.size()), [&](std::size_t& untextured) {
+                        return body.file.empty() ? TextureCorners() : body_texture(body, path, untextured);
+                      }});
+  std::vector<std::string> arguments = arguments_of("--texture", cloths, warnings);
+  for (std::string& word : arguments_of("--body-texture", bodies, warnings)) arguments.push_back(std::move(word));
   return arguments;
 }
 

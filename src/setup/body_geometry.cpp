@@ -294,6 +294,8 @@ BodyScene placed_shape(BodyScene scene) {
   return scene;
 }
 
+Sheets sheets_of(const BodyScene& scene) { return scene.sequence.files.empty() ? Sheets::keep : Sheets::leave_out; }
+
 /// Of each point of the body's mesh: the file's point that it is.
 std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std::string& scene_path,
                                   const std::string& name, MeshUse use, std::vector<std::string>& warnings) {
@@ -303,7 +305,7 @@ std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std:
                            : scene.kind == BodyScene::Kind::sphere ? ellipsoid(scene)
                                                                    : turned_box(scene);
   if (!mesh.left_out.empty()) warnings.push_back(fmt::format("{}: {}", name, mesh.left_out));
-  SolidMesh solid = close_mesh(mesh, scene.sequence.files.empty() ? Sheets::keep : Sheets::leave_out);
+  SolidMesh solid = close_mesh(mesh, sheets_of(scene));
   const bool has_inside = !scene.inside && solid.has_inside();
   if (!has_inside) {
     solid.triangles = mesh.triangles;
@@ -325,6 +327,31 @@ std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std:
 }
 
 }  // namespace
+
+TextureCorners body_texture(const BodyScene& scene, const std::string& scene_path, std::size_t& untextured) {
+  SurfaceMesh mesh = read_mesh(scene.file, scene_path, {.texture = true});
+  untextured = mesh.untextured;
+  const SolidMesh solid = close_mesh(mesh, sheets_of(scene));
+  if (mesh.texture.empty() || scene.inside || !solid.has_inside()) return std::move(mesh.texture);
+  const auto sorted = [](std::array<Index, 3> t) {
+    std::sort(t.begin(), t.end());
+    return t;
+  };
+  std::map<std::array<Index, 3>, std::size_t> number;  // of copies, the first is the body's
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) number.try_emplace(sorted(mesh.triangles[t]), t);
+  TextureCorners turned;
+  for (const auto& t : solid.triangles) {
+    std::array<Index, 3> own{};
+    for (std::size_t c = 0; c < 3; ++c) own[c] = solid.source[static_cast<std::size_t>(t[c])];
+    const auto found = number.find(sorted(own));
+    if (found == number.end()) break;  // those that cover holes come last
+    turned.emplace_back();
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t k = 0; k < 3; ++k)
+        if (mesh.triangles[found->second][k] == own[c]) turned.back()[c] = mesh.texture[found->second][k];
+  }
+  return turned;
+}
 
 void refuse_thin_wall(const Body& body, const BodyScene& scene, const std::string& name) {
   const std::string label = fmt::format("{} ({})", name, scene.file);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "setup/surface_mesh.hpp"
 #include "state/host_state.hpp"
 #include "state/model.hpp"
 
@@ -31,6 +32,10 @@ enum class MeshUse {
   solid_or_vessel,  // of a body that may also be a thin wall
   liquid            // a source's
 };
+
+/// The texture coordinates of the file of a body's mesh, of the triangles as the body has them: turned outwards,
+/// without those that are left out. `untextured`: SurfaceMesh::untextured of that file. SetupError: it cannot be read.
+TextureCorners body_texture(const BodyScene& scene, const std::string& scene_path, std::size_t& untextured);
 
 /// Resolves a body: unit normal and axis, spin in rad/s, mesh read, scaled, placed and closed (setup/solid_mesh.hpp). A
 /// mesh without an inside, or one that the scene takes for a vessel, stays as it is: a thin wall. The samples are not

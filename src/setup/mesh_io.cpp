@@ -209,12 +209,9 @@ FileMesh mesh_of(const PolygonFile& file, const std::string& name) {
   return result;
 }
 
-/// u, v of the corners of all triangles; empty unless all corners of the file have them.
-std::vector<std::array<std::array<double, 2>, 3>> texture_of(const PolygonFile& file, const Division& division,
-                                                             const std::string& name) {
-  std::vector<std::array<std::array<double, 2>, 3>> texture;
-  if (std::find(file.corner_texture.begin(), file.corner_texture.end(), -1) != file.corner_texture.end())
-    return texture;
+/// u, v of the corners of all triangles, whose corners all have them.
+TextureCorners texture_of(const PolygonFile& file, const Division& division, const std::string& name) {
+  TextureCorners texture;
   for (const auto& t : division.corners) {
     texture.emplace_back();
     for (std::size_t k = 0; k < 3; ++k) {
@@ -240,11 +237,15 @@ std::map<std::string, std::vector<Index>> groups_of(const PolygonFile& file, con
   return groups;
 }
 
-/// A file without the attribute has no group of it.
+/// A file without the attribute has no group of it. Adds to `note` where values are not 0 to 1.
 void add_painted_groups(const PolygonFile& file, const Division& division,
-                        std::map<std::string, std::vector<Index>>& groups) {
+                        std::map<std::string, std::vector<Index>>& groups, std::string& note) {
   for (const auto& [name, values] : file.attributes) {
     groups[painted_group(name, 0)];  // there is such an attribute
+    const auto beyond = std::count_if(values.begin(), values.end(), [](double x) { return !(x >= 0 && x <= 1); });
+    if (beyond > 0)
+      note += fmt::format("{}the attribute '{}' of {} points is not 0 to 1 and is taken as the nearest of these",
+                          note.empty() ? "" : "; ", name, beyond);
     for (std::size_t t = 0; t < division.triangles.size(); ++t) {
       double sum = 0;
       for (const Index p : division.triangles[t]) sum += std::clamp(values[static_cast<std::size_t>(p)], 0.0, 1.0);
@@ -282,9 +283,12 @@ SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
 SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras) {
   const PolygonFile polygons = read_file(file, scene_path, extras.groups, extras.attributes);
   FileMesh result = mesh_of(polygons, file);
-  if (extras.texture) result.mesh.texture = texture_of(polygons, result.division, file);
+  const auto without = std::count(polygons.corner_texture.begin(), polygons.corner_texture.end(), -1);
+  if (extras.texture && without == 0) result.mesh.texture = texture_of(polygons, result.division, file);
+  if (extras.texture && without < std::ssize(polygons.corner))
+    result.mesh.untextured = static_cast<std::size_t>(without);
   if (extras.groups) result.mesh.groups = groups_of(polygons, result.division);
-  add_painted_groups(polygons, result.division, result.mesh.groups);
+  add_painted_groups(polygons, result.division, result.mesh.groups, result.mesh.left_out);
   return std::move(result.mesh);
 }
 

@@ -10,11 +10,14 @@
 
 namespace drench {
 
+/// u, v of the corners of triangles.
+using TextureCorners = std::vector<std::array<std::array<double, 2>, 3>>;
+
 struct SurfaceMesh {
   std::vector<Vec3> points;  // m
   std::vector<std::array<Index, 3>> triangles;
-  std::vector<std::array<std::array<double, 2>, 3>>
-      texture{};                                       // u, v of each triangle's corners; empty unless asked for
+  TextureCorners texture{};                            // of each triangle; empty unless asked for and complete
+  std::size_t untextured = 0;                          // corners of the file without a texture that others have
   std::map<std::string, std::vector<Index>> groups{};  // triangles of each name in the file; empty unless asked for
   std::string left_out{};  // one line about parts of faces that are no triangles; empty where there are none
 };

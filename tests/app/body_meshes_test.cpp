@@ -493,5 +493,33 @@ TEST_F(BodyMeshes, CheckTakesThreads) {
   EXPECT_NE(checked.out.find("the mesh has 1 hole"), std::string::npos) << checked.out;
 }
 
+/// A tetrahedron; `inwards`: with all faces turned the wrong way, one of them twice; `partly`: with a corner without.
+TEST_F(BodyMeshes, KeepTheTextureOfTheirCorners) {
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 0.5 0\nvt 0 0.5\nvt 0.5 0.5\n";
+  const std::string outwards = points + "f 1/1 3/3 2/2\nf 1/1 2/2 4/4\nf 1/1 4/4 3/3\nf 2/2 3/3 4/4\n",
+                    inwards = points + "f 1/1 2/2 3/3\nf 1/1 4/4 2/2\nf 1/1 4/4 2/2\nf 1/1 3/3 4/4\nf 2/2 4/4 3/3\n",
+                    partly = points + "f 1/1 3/3 2\nf 1/1 2/2 4/4\nf 1/1 4/4 3/3\nf 2/2 3/3 4/4\n";
+  const auto texture_of = [&](const std::string& name, const std::string& text, std::size_t untextured) {
+    BodyScene scene;
+    scene.kind = BodyScene::Kind::mesh;
+    scene.file = write(name, text);
+    const Body body = make_body(scene, "", "bodies.0", nullptr, MeshUse::solid);
+    std::size_t found = 0;
+    const TextureCorners texture = body_texture(scene, "", found);
+    EXPECT_EQ(found, untextured) << name;
+    // u, v are half of x + z, y + z: those of the point, whichever way its triangle is turned.
+    for (std::size_t t = 0; t < texture.size(); ++t)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Vec3& x = body.mesh_points[static_cast<std::size_t>(body.mesh_triangles[t][c])];
+        EXPECT_EQ(texture[t][c][0], 0.5 * (x[0] + x[2])) << name << t;
+        EXPECT_EQ(texture[t][c][1], 0.5 * (x[1] + x[2])) << name << t;
+      }
+    return texture.size();
+  };
+  EXPECT_EQ(texture_of("out.obj", outwards, 0), 4U);
+  EXPECT_EQ(texture_of("in.obj", inwards, 0), 4U) << "a face that is there twice is left out";
+  EXPECT_EQ(texture_of("partly.obj", partly, 1), 0U);
+}
+
 }  // namespace
 }  // namespace drench::testing
