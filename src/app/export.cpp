@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <map>
 #include <regex>
 #include <vector>
 
@@ -71,16 +73,28 @@ std::vector<RecordedFrame> leading_series(const fs::path& folder) {
   return most;
 }
 
-/// Files of an earlier export to this folder that come after the last of this one: a player would go on with them.
-void remove_later(const fs::path& folder, const std::string& ending, std::size_t count) {
+/// Was it written by an earlier export? A .ply file has a comment of it, and a .bgeo file these attributes.
+bool is_exported(const fs::path& file, const std::string& ending) {
+  std::string head(400, '\0');
+  std::ifstream(file, std::ios::binary).read(head.data(), std::ssize(head));
+  const auto has = [&](const char* text) { return head.find(text) != std::string::npos; };
+  return ending == "ply" ? has("comment drench:") : has("density") && has("pressure") && has("pscale") && has("age");
+}
+
+/// Files of earlier exports to this folder, by their numbers. ExportError: one with such a name is of something else.
+std::map<std::size_t, fs::path> earlier_files(const fs::path& folder, const std::string& ending) {
   const std::regex ours(fmt::format(R"(fluid_(\d{{6,9}})\.{})", ending));
-  std::vector<fs::path> later;
+  std::map<std::size_t, fs::path> earlier;
   std::smatch match;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (std::regex_match(name, match, ours) && std::stoull(match[1].str()) >= count) later.push_back(entry.path());
+    if (!std::regex_match(name, match, ours)) continue;
+    if (!is_exported(entry.path(), ending))
+      throw ExportError(fmt::format(
+          "{}: is not of drench export, which would replace it; choose another folder with -o", entry.path().string()));
+    earlier.emplace(std::stoull(match[1].str()), entry.path());
   }
-  for (const fs::path& path : later) fs::remove(path);
+  return earlier;
 }
 
 int export_particles(const ExportOptions& options) {
@@ -101,6 +115,7 @@ int export_particles(const ExportOptions& options) {
   if (fs::exists(target) && !fs::is_directory(target))
     throw ExportError(fmt::format("{}: is not a folder; choose another with -o", target.string()));
   fs::create_directories(target);
+  const auto earlier = earlier_files(target, options.to);
   vtkIdType particles = 0;
   for (std::size_t k = 0; k < pictures.size(); ++k) {
     const RecordedFrame& frame = frames[pictures[k]];
@@ -112,7 +127,8 @@ int export_particles(const ExportOptions& options) {
       write_ply(file, grid, frame.time);
     particles = grid->GetNumberOfPoints();
   }
-  remove_later(target, options.to, pictures.size());
+  // A player would go on with those after the last.
+  for (auto file = earlier.lower_bound(pictures.size()); file != earlier.end(); ++file) fs::remove(file->second);
   fmt::print("{}: {} files, fluid_000000.{} to fluid_{:06}.{}, {} particles in the last\n", target.string(),
              pictures.size(), options.to, pictures.size() - 1, options.to, particles);
   return exit_done;

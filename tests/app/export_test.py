@@ -199,6 +199,15 @@ def check_rates(run, folder):
     expect(kept == [f"fluid_{k:06}.bgeo" for k in range(6)], f"25 a second: {kept}")  # those of the first export are gone
     vtu = read_vtu(run / "frames/fluid_000004.vtu")
     expect(distance(read_bgeo(run / "bgeo/fluid_000002.bgeo")["points"], vtu["points"]) == 0, "picture 2 is not frame 4")
+    for ending, kept in (("bgeo", 6), ("ply", 3)):  # files of something else stay, and those that it has written go
+        other = folder / f"other_{ending}"
+        drench("export", run, "--to", ending, "-o", other)
+        drench("export", run, "--to", ending, "--fps", 25 if kept == 6 else 10, "-o", other)
+        expect(len(list(other.iterdir())) == kept, f"{ending}: earlier files")
+        (other / f"fluid_000400.{ending}").write_text("of something else")
+        (other / f"fluid_4.{ending}").write_text("of something else")
+        rejects(f"fluid_000400.{ending}: is not of drench export", "export", run, "--to", ending, "-o", other)
+        expect(len(list(other.iterdir())) == kept + 2, f"{ending}: something was removed")
     for fps, pictures in ((24, 5), (100, 21)):
         other = drench("export", run, "--to", "ply", "--fps", fps, "-o", folder / f"ply{fps}")
         expect("warning: --fps" in other.stderr and "fit 50, 25, 10 or 5" in other.stderr, other.stderr)
