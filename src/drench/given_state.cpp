@@ -11,6 +11,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "scene/describe.hpp"
+#include "scene/scalars.hpp"
 #include "state/fastest.hpp"
 #include "state/mass_budget.hpp"
 #include "state/needed_fields.hpp"
@@ -47,7 +49,7 @@ void check_masses(std::string_view field, const std::vector<Quanta>& masses, Qua
   Quanta sum = 0;
   for (std::size_t i = 0; i < masses.size(); ++i) {
     if (masses[i] < least || masses[i] > most - sum)
-      refuse(field, i, fmt::format("{} mass units; allowed: at least {}", masses[i], least));
+      refuse(field, i, fmt::format("{} mass units; allowed: at least {}, at most {}", masses[i], least, most - sum));
     sum += masses[i];
   }
 }
@@ -127,6 +129,32 @@ void require_prescribed_motion(const Model& m, const HostState& next, const Host
           fmt::format("body {} is not dynamic: the scene or commands move it; allowed: set_body_pose and "
                       "set_body_velocity for a body with commanded: true",
                       b));
+  }
+}
+
+void require_possible(const Model& m, const HostState& next, const HostState& before) {
+  const auto check = [](std::string_view field, const auto& now, const auto& old, const char* range, const char* unit) {
+    const Range allowed = parse_range(range);
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      if (now.size() == old.size() && now[i] == old[i]) continue;
+      for (const double x : now[i])
+        if (!allowed.contains(x)) refuse(field, i, fmt::format("{:g} {}; allowed: {}", x, unit, range));
+    }
+  };
+  check("fluid_velocity", next.fluid_velocity, before.fluid_velocity, speed_range, "m/s");
+  check("node_position", next.node_position, before.node_position, coordinate_range, "m");
+  check("node_velocity", next.node_velocity, before.node_velocity, speed_range, "m/s");
+  check("body_position", next.body_position, before.body_position, coordinate_range, "m");
+  check("body_velocity", next.body_velocity, before.body_velocity, speed_range, "m/s");
+  check("body_angular_velocity", next.body_angular_velocity, before.body_angular_velocity, turn_range, "rad/s");
+  for (std::size_t n = 0; n < next.node_liquid.size(); ++n) {
+    if (next.node_liquid[n] <= before.node_liquid[n]) continue;
+    const double full = m.samples.node_capacity[n] / m.quantum,
+                 most = m.cloths[static_cast<std::size_t>(m.mesh.node_cloth[n])].most_saturation;
+    if (static_cast<double>(next.node_liquid[n]) > most * full + 1)
+      refuse("node_liquid", n,
+             fmt::format("a saturation of {:g}; allowed: up to {:g}, which is {:.0f} mass units",
+                         static_cast<double>(next.node_liquid[n]) / full, most, most * full));
   }
 }
 

@@ -15,6 +15,10 @@ HostState checked_state(const Model& model, const HostState& state);
 /// differently, than in `before`
 void require_prescribed_motion(const Model& model, const HostState& next, const HostState& before);
 
+/// @throws std::invalid_argument for positions, velocities and liquid that are not those of `before` and that no scene
+/// could have, or no cloth could hold
+void require_possible(const Model& model, const HostState& next, const HostState& before);
+
 /// Enters liquid and solute that `next` has more than `before` as supplied, and what it has less as drained, so that
 /// the mass budget of `before` continues.
 void continue_budget(HostState& next, const HostState& before);

@@ -9,15 +9,22 @@
 
 #include "base/eigen_vec.hpp"
 #include "pipeline/failure.hpp"
+#include "scene/describe.hpp"
+#include "scene/scalars.hpp"
 #include "setup/emitters.hpp"
 #include "state/keyed_motion.hpp"
 
 namespace drench {
 namespace {
 
-void require_finite(const char* name, const Vec3& v) {
+/// In the range that a scene has for it.
+void require_within(const char* name, const Vec3& v, const std::string& range, const char* unit) {
   if (!std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); }))
     throw std::invalid_argument(fmt::format("{}: ({}, {}, {}) are not finite", name, v[0], v[1], v[2]));
+  const Range allowed = parse_range(range);
+  if (!std::all_of(v.begin(), v.end(), [&](double x) { return allowed.contains(x); }))
+    throw std::invalid_argument(
+        fmt::format("{}: ({:g}, {:g}, {:g}) {}; allowed: {}", name, v[0], v[1], v[2], unit, range));
 }
 
 /// The motion as it has come by `time`, as the beginning of another one.
@@ -177,7 +184,7 @@ std::vector<Index> nodes_of_pin(const Model& m, Index cloth, Index number) {
 }
 
 void change_pin_velocity(Model& m, Index cloth, Index number, const Vec3& velocity, double time) {
-  require_finite("the velocity of a pin", velocity);
+  require_within("the velocity of a pin", velocity, speed_range, "m/s");
   const std::vector<Index> nodes = nodes_of_pin(m, cloth, number);
   if (!cloth_numbered(m, cloth).dynamics)
     throw std::invalid_argument(fmt::format("cloth {} does not move: its dynamics is false", cloth));
@@ -248,8 +255,8 @@ std::vector<Index> attached_nodes(const Model& m, Index body) {
 void change_jet(Model& m, Index number, const Vec3& velocity, const std::optional<Vec3>& center, double time) {
   if (const auto jets = std::ssize(m.scene.fluid.jets); number < 0 || number >= jets)
     throw std::invalid_argument(fmt::format("there is no jet {}; the scene has {}", number, jets));
-  require_finite("the velocity of a jet", velocity);
-  require_finite("the centre of a jet", center.value_or(Vec3{}));
+  require_within("the velocity of a jet", velocity, speed_range, "m/s");
+  require_within("the centre of a jet", center.value_or(Vec3{}), coordinate_range, "m");
   const double before = fastest_prescribed(m);
   Jet& jet = m.jets[static_cast<std::size_t>(number)];
   if (velocity == Vec3{0, 0, 0}) {
@@ -292,8 +299,8 @@ Body& body_to_move(Model& m, Index number, double time) {
 }  // namespace
 
 void change_body_velocity(Model& m, Index number, const Vec3& velocity, const Vec3& spin, double time) {
-  require_finite("the velocity of a body", velocity);
-  require_finite("the angular velocity of a body", spin);
+  require_within("the velocity of a body", velocity, speed_range, "m/s");
+  require_within("the angular velocity of a body", spin, turn_range, "rad/s");
   CommandedMotion& c = body_to_move(m, number, time).command;
   c.velocity = velocity;
   c.spin = spin;
@@ -302,7 +309,7 @@ void change_body_velocity(Model& m, Index number, const Vec3& velocity, const Ve
 
 void change_body_pose(Model& m, Index number, const Vec3& position, const Quaternion& orientation, double duration,
                       double time) {
-  require_finite("the position of a body", position);
+  require_within("the position of a body", position, coordinate_range, "m");
   const Eigen::Quaterniond wanted(orientation[0], orientation[1], orientation[2], orientation[3]);
   if (!(std::isfinite(wanted.norm()) && wanted.norm() > 0))
     throw std::invalid_argument("the orientation of a body: the quaternion (w, x, y, z) must have a length above 0");
@@ -320,12 +327,15 @@ void change_body_pose(Model& m, Index number, const Vec3& position, const Quater
 }
 
 void change_wrench(Model& m, Index number, const Vec3& force, const Vec3& torque) {
-  require_finite("the force on a body", force);
-  require_finite("the torque on a body", torque);
   if (!body_numbered(m, number).dynamic)
     throw std::invalid_argument(
         fmt::format("a wrench cannot act on body {}; allowed: bodies with dynamic: true", number));
   Body& body = m.bodies[static_cast<std::size_t>(number)];
+  // What changes its velocity by the largest speed in one step, and that at its reach.
+  const double most = body.mass * parse_range(speed_range).high / m.scene.time.step;
+  const auto up_to = [](double limit) { return fmt::format("[{0:.3g}, {1:.3g}]", -limit, limit); };
+  require_within("the force on a body", force, up_to(most), "N");
+  require_within("the torque on a body", torque, up_to(most * body.reach), "N m");
   body.applied_force = force;
   body.applied_torque = torque;
 }
@@ -336,11 +346,13 @@ void change_motor(Model& m, Index number, double speed) {
   Joint& joint = m.joints[static_cast<std::size_t>(number)];
   if (!(joint.torque > 0)) throw std::invalid_argument(fmt::format("joint {} has no motor", number));
   if (!std::isfinite(speed)) throw std::invalid_argument(fmt::format("the speed of a motor: {} is not finite", speed));
+  if (!parse_range(turn_range).contains(speed))
+    throw std::invalid_argument(fmt::format("the speed of a motor: {:g} rad/s; allowed: {}", speed, turn_range));
   joint.speed = speed;
 }
 
 void change_wind(Model& m, const Vec3& velocity) {
-  require_finite("the velocity of the wind", velocity);
+  require_within("the velocity of the wind", velocity, air_speed_range, "m/s");
   m.fastest_before = fastest_prescribed(m);
   m.scene.wind.present = true;
   m.scene.wind.velocity = velocity;

@@ -331,6 +331,7 @@ void Simulation::set_state(const HostState& state) {
   HostState next = checked_state(parts_->setup.model, state);
   parts_->pipeline->mark(next);
   require_prescribed_motion(parts_->setup.model, next, before);
+  require_possible(parts_->setup.model, next, before);
   continue_budget(next, before);
   double& fastest = parts_->setup.model.fastest_before;
   if (const double given = fastest_of(next); given > fastest) {  // what a program wants is not a run that diverges

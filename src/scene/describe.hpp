@@ -14,6 +14,8 @@ namespace drench {
 
 inline constexpr const char* coordinate_range = "[-10000, 10000]";  // m: far beyond any scene, near enough for float
 inline constexpr const char* speed_range = "[-1000, 1000]";         // m/s: below the speed of sound in water
+inline constexpr const char* turn_range = "[-1745, 1745]";          // rad/s: 1e5 degrees/s; of what a program sets
+inline constexpr const char* air_speed_range = "[-200, 200]";       // m/s: beyond any storm, below the speed of sound
 inline constexpr const char* direction_range = "[-1e6, 1e6]";       // 1
 inline constexpr const char* concentration_range = "[0, 1]";        // kg/kg
 

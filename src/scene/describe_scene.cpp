@@ -13,8 +13,6 @@
 namespace drench {
 namespace {
 
-constexpr const char* air_speed_range = "[-200, 200]";  // m/s: beyond any storm, below the speed of sound
-
 bool has_porous(const Scene& scene) {
   return std::any_of(scene.cloths.begin(), scene.cloths.end(),
                      [](const ClothScene& cloth) { return cloth.material.porous; });

@@ -243,5 +243,30 @@ TEST(attachments, refuse_what_cannot_be_held) {
   refused("    pin: [{nodes: [3], body: gripper, velocity: [0, 1, 0]}]\n", "cannot be combined with body");
 }
 
+/// A program makes a copy of a run in which nodes are attached: a force on a body acts in it too.
+TEST(attachments, do_not_lose_what_acts_on_bodies) {
+  const std::string ball =
+      "  - sphere: {center: [-0.5, 0, 0], radius: 0.05, dynamic: true, density: 500}\n"
+      "fluid: {spacing: 0.02, sources: [{block: {min: [0.7, 0, 0], max: [0.74, 0.04, 0.04]}}]}\n";
+  const std::string text = to_yaml(scene());
+  const Scene with_ball = parse_scene(text + ball, "attachments.yaml");
+  const std::vector<Index> nodes = upper(Simulation(with_ball).state());
+  Simulation run(with_ball), copy(with_ball), other_order(with_ball);
+  run.attach(0, nodes, 0);
+  run.apply_wrench(2, {0, 20, 0}, {0, 0, 1});
+  copy.restore(run.state(), run.changes());
+  other_order.apply_wrench(2, {0, 20, 0}, {0, 0, 1});
+  other_order.attach(0, nodes, 0);
+  for (Simulation* any : {&run, &copy, &other_order}) any->run_until(0.02);
+  const BodyMotion moved = run.body_motion(2);
+  EXPECT_GT(moved.velocity[1], 0.1);
+  EXPECT_THROW(run.apply_wrench(2, {0, 1e300, 0}), std::invalid_argument);
+  EXPECT_THROW(run.apply_wrench(2, {0, 0, 0}, {1e9, 0, 0}), std::invalid_argument);
+  for (const Simulation* any : {&copy, &other_order}) {
+    EXPECT_EQ(any->body_motion(2).velocity, moved.velocity);
+    EXPECT_EQ(any->body_motion(2).angular_velocity, moved.angular_velocity);
+  }
+}
+
 }  // namespace
 }  // namespace drench::test

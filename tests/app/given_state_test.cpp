@@ -118,6 +118,11 @@ TEST(given_state, refuses_values_by_field_and_row_and_keeps_the_run) {
   refused("next_id", [](HostState& s) { s.fluid_id.back() = s.next_id; });
   refused("fluid_position[0]: outside the domain", [](HostState& s) { s.fluid_position[0][0] = 0.6; });
   refused("node_liquid[7]", [](HostState& s) { s.node_liquid[7] = -1; });
+  refused("node_liquid[60]: a saturation of 10; allowed: up to 1",
+          [&](HostState& s) { s.node_liquid[60] = std::llround(10 * run.node_capacity()[60] / run.quantum()); });
+  refused("fluid_velocity[4]: 1e+30 m/s; allowed: [-1000, 1000]", [](HostState& s) { s.fluid_velocity[4][2] = 1e30; });
+  refused("node_velocity[9]: -2000 m/s; allowed: [-1000, 1000]", [](HostState& s) { s.node_velocity[9][0] = -2000; });
+  refused("node_position[3]: 1e+09 m; allowed: [-10000, 10000]", [](HostState& s) { s.node_position[3][1] = 1e9; });
   refused("node_liquid[1]",
           [](HostState& s) { s.node_liquid[0] = s.node_liquid[1] = std::numeric_limits<Quanta>::max() / 5; });
   refused("node_buffered[7]", [](HostState& s) { s.node_buffered[7] = s.node_liquid[7] + 1; });

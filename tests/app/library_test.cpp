@@ -188,6 +188,9 @@ bodies:
   EXPECT_NEAR(run.body_motion(cup).position[1], 0.2, 1e-9);
   EXPECT_THROW(run.body_named("saucer"), std::invalid_argument);
   EXPECT_THROW(run.set_body_velocity(1, {1, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(run.set_body_velocity(cup, {0, 1e30, 0}), std::invalid_argument);
+  EXPECT_THROW(run.set_body_velocity(cup, {0, 0, 0}, {0, 1e6, 0}), std::invalid_argument);
+  EXPECT_THROW(run.set_body_pose(cup, {0, 1e9, 0}, {1, 0, 0, 0}, 0.05), std::invalid_argument);
   EXPECT_THROW(run.apply_wrench(cup, {1, 0, 0}), std::invalid_argument);
   EXPECT_THROW(run.body_load(1), std::invalid_argument);
   EXPECT_THROW(run.body_motion(2), std::invalid_argument);
@@ -269,6 +272,9 @@ TEST(library, refuses_what_the_scene_does_not_have) {
   EXPECT_THROW(run.set_jet(1, {0, -1, 0}), std::invalid_argument);
   EXPECT_THROW(run.set_jet(0, {0, -1, 0}, Vec3{9, 0, 0}), SetupError);
   EXPECT_THROW(run.set_wind({0, infinite, 0}), std::invalid_argument);
+  EXPECT_THROW(run.set_pin_velocity(0, 0, {0, 1001, 0}), std::invalid_argument);
+  EXPECT_THROW(run.set_jet(0, {0, -1e30, 0}), std::invalid_argument);
+  EXPECT_THROW(run.set_wind({0, 300, 0}), std::invalid_argument);
   EXPECT_THROW(run.resume("/nowhere/at_all.drench"), std::runtime_error);
   Simulation untouched(scene());
   run.run_until(0.03);
