@@ -238,6 +238,7 @@ class LibWetCloth(Scenes):
                 (HEAD + cloth.replace('params="0"', 'params="2"') + "</scene>", "cloth@params: 2 is not one of the 1 ElasticParameters"),
                 (HEAD + cloth.replace('"0 1 9"', '"0 1 900"') + "</scene>", "face@i: '0 1 900' does not name three of the 81 particles"),
                 (HEAD + cloth.replace('"0.5 0.25 0.5"', '"0.5 0.25"') + "</scene>", "particle@x: needs three numbers"),
+                (re.sub('dt="[^"]*"', 'dt="-1"', HEAD) + SPHERE + "</scene>", "integrator@dt: -1 is not above 0; correct it"),
                 (hair, "holds neither liquid nor cloth, so nothing of it can be simulated; drench has no yarn")):
             with self.subTest(fragment):
                 self.refuses("bad.xml", text, fragment)
@@ -313,6 +314,20 @@ class SPlisHSPlasH(Scenes):
         data = next((self.folder / "out").glob("cube_*.ply")).read_bytes()
         corners = list(struct.iter_unpack("<3d", data[data.index(b"end_header\n") + 11:][:8 * 24]))
         self.assertAlmostEqual(max(p[0] for p in corners), 0.5 + 0.25 / math.sqrt(2), delta=1e-9)
+
+    def test_hinges(self):
+        float_ = {"id": 2, "geometryFile": "ball.obj", "translation": [0.5, 1, 0], "scale": [0.2, 0.2, 0.2], "isDynamic": True}
+        post = {"id": 3, "geometryFile": "cube.obj", "translation": [0.5, 0.2, 0], "scale": [0.1, 0.4, 0.1]}
+        hinges = [{"bodyID1": 3, "bodyID2": 2, "position": [0.5, 0.7, 0], "axis": [0, 0, 2]},
+                  {"bodyID1": 2, "bodyID2": 7, "position": [0, 0, 0], "axis": [0, 0, 1]}]
+        scene, said = self.imported("hinged.json", self.text(
+            RigidBodies=[WALL, float_, post, {"id": 4}], HingeJoints=hinges, BallJoints=[], TargetVelocityMotorHingeJoints=[]))
+        self.assertIn("hinge: {body: body_2, to: body_3, point: [0.5, 0.7, 0], axis: [0, 0, 2]}", scene.read_text())
+        self.ran(scene, "--steps", "1")
+        for words in ("HingeJoints[1]", "a hinge needs a floating body and another one", "of joints, drench has hinges only",
+                      "add joints with hinge.motor", "RigidBodies[3]", "a body needs a mesh in geometryFile"):
+            self.assertIn(words, said)
+        self.assertNotIn("no joints", said)
 
     def test_particles_and_meshes(self):
         rows = [((0.1 * i, 0.1 * j, 0.1 * k), (1.0, 0.0, 0.5 * i)) for i in range(4) for j in range(4) for k in range(4)]

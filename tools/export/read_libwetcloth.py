@@ -533,6 +533,9 @@ class Importer:
         integrator = self.scene.first("integrator")
         if end is None or integrator is None:
             fail(f"{self.source}:{self.scene.line}: the scene needs <{'duration' if end is None else 'integrator'}>; add it")
+        for element, name in ((integrator, "dt"), (end, "time")):
+            if not element.number(name) > 0:
+                fail(f"{element.where}: {element.tag}@{name}: {element.number(name):g} is not above 0; correct it")
         gravity = (0.0, 0.0, 0.0)
         for e in self.scene.all("simplegravity"):
             gravity = add(gravity, e.axes(("fx", "fy", "fz")))

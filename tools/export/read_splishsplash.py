@@ -28,9 +28,10 @@ CONFIGURATION = {
     "scriptFile": "drench runs no scripts of SPlisHSPlasH"}
 USED_CONFIGURATION = {"particleRadius", "gravitation", "cflMethod", "cflFactor", "cflMaxTimeStepSize", "timeStepSize",
                       "simulationMethod", "kernel", "DFSPH", "stopAt", "pauseAt", "sim2D"}
-BLOCKS = {"Configuration", "Materials", "RigidBodies", "FluidBlocks", "FluidModels", "Emitters"}
+BLOCKS = {"Configuration", "Materials", "RigidBodies", "HingeJoints", "FluidBlocks", "FluidModels", "Emitters"}
 OTHER_BLOCKS = {"AnimationFields": "drench has no fields of formulas", "Simulation": "settings of PositionBasedDynamics",
-                "TargetVelocityMotorHingeJoints": "drench has no joints; prescribe spin of the body"}
+                "TargetVelocityMotorHingeJoints": "a hinge with a motor; add joints with hinge.motor to the scene",
+                "TargetAngleMotorHingeJoints": "drench's motors hold a speed; add joints with hinge.motor to the scene"}
 JOINTS = ("Joints", "Springs", "Models", "Scenes")  # endings of blocks of PositionBasedDynamics
 BODY = {**dict.fromkeys(["color", "isWall", "id", "tag", "boundingBoxMin", "boundingBoxMax"], ""),
         **dict.fromkeys(["mapThickness", "mapResolution", "mapFile", "samplingMode", "particleFile", "invertSDF", "testMesh",
@@ -49,6 +50,7 @@ MODEL_KEYS = {"id", "particleFile", "translation", "rotationAxis", "rotationAngl
               "initialAngularVelocity", "visMesh", "denseMode", "invert", "resolutionSDF"}
 EMITTER_KEYS = {"id", "width", "height", "translation", "rotationAxis", "rotationAngle", "velocity", "type", "emitStartTime",
                 "emitEndTime", "comment", "tag", "boundingBoxMin", "boundingBoxMax"}
+HINGED = ("bodyID1", "bodyID2")
 END = 5.0  # s, where the scene does not say
 
 
@@ -114,7 +116,8 @@ class Importer:
             if key in BLOCKS:
                 continue
             if key in OTHER_BLOCKS or key.endswith(JOINTS):
-                self.missing.add(OTHER_BLOCKS.get(key, "a block of PositionBasedDynamics"), key, self.root.line(key))
+                other = "of joints, drench has hinges only" if key.endswith("Joints") else "a block of PositionBasedDynamics"
+                self.missing.add(OTHER_BLOCKS.get(key, other), key, self.root.line(key))
                 continue
             near = difflib.get_close_matches(key, [*BLOCKS, *OTHER_BLOCKS], 1)
             remedy = f"did you mean {near[0]}?" if near else "remove it"
@@ -133,6 +136,7 @@ class Importer:
 
     def run(self):
         bodies = [body for section in self.sections("RigidBodies") for body in self.body(section)]
+        joints = [joint for section in self.sections("HingeJoints") for joint in self.hinge(section, bodies)]
         sources = [s for section in self.sections("FluidBlocks") for s in self.block(section)]
         sources += [s for section in self.sections("FluidModels") for s in self.model(section)]
         sources += [s for section in self.sections("Emitters") for s in self.emitter(section)]
@@ -142,6 +146,8 @@ class Importer:
                  "domain": self.domain(bodies), "fluid": {"spacing": self.diameter, **self.fluid(), "sources": sources}}
         if bodies:
             scene["bodies"] = bodies
+        if joints:
+            scene["joints"] = joints
         self.list_keys(self.settings, USED_CONFIGURATION, CONFIGURATION)
         self.output.scene("SPlisHSPlasH", scene, self.missing)
 
@@ -329,8 +335,8 @@ class Importer:
         self.list_keys(section, USED_BODY, BODY)
         name = section.text("geometryFile")
         if not name:
-            if section.text("particleFile"):
-                self.missing.add("a body needs a mesh, not particles", "RigidBody/particleFile", section.line("particleFile"))
+            key = "particleFile" if section.text("particleFile") else None
+            self.missing.add("a body needs a mesh in geometryFile", f"{section.name}{f'.{key}' if key else ''}", section.line(key))
             return []
         if not name.lower().endswith(".obj"):
             fail(f"{section.where('geometryFile')}: {section.name}.geometryFile: {name}: files '{Path(name).suffix}' cannot be read; "
@@ -343,7 +349,21 @@ class Importer:
         self.extent += bounds(points)
         if section.switch("isAnimated"):
             self.missing.add("its motion is in a script; it stands still", "isAnimated", section.line("isAnimated"))
-        return [self.as_shape(section, path, points, triangles, matrix, scale, inside)]
+        shape = self.as_shape(section, path, points, triangles, matrix, scale, inside)
+        hinged = {joint.data.get(key) for joint in self.sections("HingeJoints") for key in HINGED}
+        return [{"name": f"body_{section.data['id']}", **shape} if section.data.get("id") in hinged else shape]
+
+    def hinge(self, section, bodies):
+        """A hinge, whose first body floats in drench."""
+        self.list_keys(section, {*HINGED, "position", "axis"}, {})
+        floats = {body["name"]: any(isinstance(shape, dict) and shape.get("dynamic") for shape in body.values())
+                  for body in bodies if "name" in body}
+        names = sorted((f"body_{section.data.get(key)}" for key in HINGED), key=lambda name: not floats.get(name))
+        if not floats.get(names[0]) or names[1] not in floats:
+            self.missing.add("a hinge needs a floating body and another one", section.name, section.line())
+            return []
+        return [{"hinge": {"body": names[0], "to": names[1], "point": list(section.vector("position", (0, 0, 0))),
+                           "axis": list(section.vector("axis", (1, 0, 0)))}}]
 
     def as_shape(self, section, path, points, triangles, matrix, scale, inside):
         low, high = bounds(points)
