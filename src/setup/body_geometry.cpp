@@ -13,6 +13,7 @@
 #include "setup/distance_field.hpp"
 #include "setup/file_place.hpp"
 #include "setup/mesh_io.hpp"
+#include "setup/mesh_moments.hpp"
 #include "setup/mesh_sequence.hpp"
 #include "setup/setup_error.hpp"
 #include "setup/solid_mesh.hpp"
@@ -95,37 +96,12 @@ std::string body_labels(const std::vector<Body>& bodies, const std::set<std::siz
 
 namespace {
 
-/// Volume (m³), centre and second moments ∫ x xᵀ dV about it (m⁵) of a closed mesh.
-struct MeshMoments {
-  double volume = 0;
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-};
-
-MeshMoments moments_of(const Body& body) {
-  const Eigen::Vector3d origin = to_eigen(body.center);
-  MeshMoments sum;
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();
-  for (const auto& t : body.mesh_triangles) {  // tetrahedra to the origin
-    Eigen::Matrix3d x;
-    for (int k = 0; k < 3; ++k) x.col(k) = to_eigen(body.mesh_points[static_cast<std::size_t>(t[k])]) - origin;
-    const double volume = x.determinant() / 6;
-    const Eigen::Vector3d corners = x.rowwise().sum();
-    sum.volume += volume;
-    first += volume / 4 * corners;
-    sum.second += volume / 20 * (x * x.transpose() + corners * corners.transpose());
-  }
-  const Eigen::Vector3d middle = first / sum.volume;
-  sum.second -= sum.volume * middle * middle.transpose();
-  sum.center = origin + middle;
-  return sum;
-}
-
 /// Of a homogeneous closed mesh, which from now on turns about its centre of mass.
 void weigh_mesh(Body& body, double density, const std::optional<double>& mass, const std::string& name) {
   if (!bounds_solid(body.mesh_triangles))
-    throw SetupError(name + ": a mesh that encloses no volume cannot be dynamic; allowed: a closed mesh");
-  const MeshMoments moments = moments_of(body);
+    throw SetupError(name +
+                     ": a mesh that encloses no volume cannot be dynamic; allowed: a mesh that encloses a volume");
+  const MeshMoments moments = moments_of(body.mesh_points, body.mesh_triangles, body.center);
   if (!(moments.volume > 1e-9 * std::pow(body.reach, 3)))
     throw SetupError(fmt::format(
         "{}: its mesh encloses {:.2g} m³, too little for a dynamic body; allowed: a mesh that encloses a volume", name,

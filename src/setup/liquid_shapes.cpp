@@ -16,6 +16,7 @@
 #include "setup/file_place.hpp"
 #include "setup/mesh_files.hpp"
 #include "setup/mesh_guess.hpp"
+#include "setup/mesh_moments.hpp"
 #include "setup/point_grid.hpp"
 #include "setup/relax_points.hpp"
 #include "setup/setup_error.hpp"
@@ -62,7 +63,7 @@ double volume_of(const Body& mesh) {
     for (std::size_t c = 0; c < 3; ++c) x[c] = to_eigen(mesh.mesh_points[static_cast<std::size_t>(t[c])]) - middle;
     six += x[0].dot(x[1].cross(x[2]));
   }
-  return six / 6;
+  return six / 6 - overlap_of(mesh.mesh_points, mesh.mesh_triangles);
 }
 
 double volume_of(const BlockScene& block, const SourceFile& file) {

@@ -23,6 +23,7 @@
 #include "setup/mesh_io.hpp"
 #include "setup/solid_mesh.hpp"
 #include "setup/surface_distance.hpp"
+#include "state/mass_budget.hpp"
 
 namespace drench::testing {
 namespace {
@@ -258,6 +259,49 @@ TEST_F(BodyMeshes, ALargeOneHasALatticeThatFitsIntoMemory) {
   EXPECT_EQ(line.find("its lattice of distances, 2 m long, is limited to steps of 0.0052 m instead of 0.002 m, "), 0U)
       << line;
   EXPECT_LT(line.size(), 280U) << line;
+}
+
+/// Parts of a mesh may lie on, in and across each other: liquid and dynamic bodies have the mass of what is inside.
+TEST_F(BodyMeshes, MassesAreThoseOfWhatIsInside) {
+  const TestMesh cube = box_mesh({0, 0, 0}, {1, 1, 1}), across = both(cube, box_mesh({0.5, 0.5, 0.5}, {1.5, 1.5, 1.5}));
+  TestMesh inner = box_mesh({0.21, 0.2, 0.23}, {0.8, 0.8, 0.8});
+  for (auto& t : inner.triangles) std::swap(t[0], t[1]);
+  const auto turned = [](TestMesh mesh) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized()));
+    for (Vector3d& x : mesh.points) x = turn * x;
+    return mesh;
+  };
+  struct Case {
+    TestMesh mesh;
+    double volume, exact;
+    Vector3d inertia;  // principal ones over the density
+  };
+  // Of a cube of side a, displaced by d along each axis: a^3 (a^2 + 12 d^2) / 6 about each axis, -a^3 d^2 between two.
+  const auto about_axes = [](double a, double d) {
+    const double cubed = a * a * a;
+    return Eigen::Matrix3d(Eigen::Matrix3d::Identity() * cubed * (a * a / 6 + 3 * d * d) -
+                           Eigen::Matrix3d::Constant(cubed * d * d));
+  };
+  const Eigen::Matrix3d of_both = about_axes(1, 0.25) + about_axes(1, -0.25) - about_axes(0.5, 0);
+  const Vector3d one(1.0 / 6, 1.0 / 6, 1.0 / 6);
+  const double low = of_both.row(0).sum(), high = of_both(0, 0) - of_both(0, 1);
+  const Vector3d two(low, high, high);
+  for (const Case& c : {Case{cube, 1, 1e-14, one}, Case{both(cube, cube), 1, 1e-11, one},
+                        Case{both(cube, inner), 1, 1e-11, one}, Case{across, 1.875, 1e-11, two},
+                        Case{turned(both(cube, inner)), 1, 1e-4, one}, Case{turned(across), 1.875, 2e-4, two}}) {
+    const std::string file = write("parts.obj", obj_of(c.mesh));
+    const drench::Setup setup =
+        built(fmt::format("drench: 1\ndomain: {{min: [-3, -3, -3], max: [9, 9, 9]}}\n"
+                          "fluid: {{spacing: 0.1, sources: [{{mesh: {{file: {0}, position: [5, 5, 5]}}}}]}}\n"
+                          "bodies: [{{mesh: {{file: {0}, dynamic: true, density: 500}}}}]\n",
+                          file));
+    const double mass = static_cast<double>(sum_of(setup.state.fluid_mass)) * setup.model.quantum;
+    EXPECT_NEAR(mass, 1000 * c.volume, 1000 * c.exact + 1e-6);
+    const Body& body = setup.model.bodies[0];
+    EXPECT_NEAR(body.mass, 500 * c.volume, 500 * c.exact);
+    for (std::size_t a = 0; a < 3; ++a)
+      EXPECT_NEAR(body.inertia[a], 500 * c.inertia[static_cast<int>(a)], 500 * c.exact);
+  }
 }
 
 TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
