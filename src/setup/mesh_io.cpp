@@ -19,6 +19,7 @@
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "base/eigen_vec.hpp"
@@ -128,9 +129,55 @@ bool is_triangle(const PolygonFile& file, const std::array<Index, 3>& t) {
   return !(0.5 * ab.cross(ac).norm() <= least * std::max({ab.squaredNorm(), ac.squaredNorm(), bc.squaredNorm()}));
 }
 
-/// `first`: of each point of the file the one that it is taken for.
+/// Of each face the first one with more than three corners at the same places, whichever way it is turned; else itself.
+std::vector<std::size_t> first_alike(const PolygonFile& file) {
+  std::vector<std::size_t> first(file.face_end.size()), order;
+  std::iota(first.begin(), first.end(), std::size_t{0});
+  const auto begin_of = [&](std::size_t f) { return f > 0 ? file.face_end[f - 1] : 0; };
+  for (const std::size_t f : first)
+    if (file.face_end[f] - begin_of(f) > 3) order.push_back(f);
+  const auto is_finite = [](const Vec3& x) { return to_eigen(x).allFinite(); };
+  if (order.empty() || !std::all_of(file.points.begin(), file.points.end(), is_finite)) return first;
+  const std::vector<Index> place = first_copies(file.points);
+  std::vector<Index> corners;
+  for (const Index i : file.corner) corners.push_back(place[static_cast<std::size_t>(i)]);
+  const auto range = [&](std::size_t f) {
+    return std::span(corners).subspan(begin_of(f), file.face_end[f] - begin_of(f));
+  };
+  std::erase_if(order, [&](std::size_t f) {  // a place that it has twice cannot be found in the other face
+    std::sort(range(f).begin(), range(f).end());
+    return std::adjacent_find(range(f).begin(), range(f).end()) != range(f).end();
+  });
+  const auto compare = [&](std::size_t l, std::size_t r) {
+    return std::lexicographical_compare_three_way(range(l).begin(), range(l).end(), range(r).begin(), range(r).end());
+  };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t l, std::size_t r) { return compare(l, r) < 0; });
+  for (std::size_t k = 1; k < order.size(); ++k)
+    if (compare(order[k - 1], order[k]) == 0) first[order[k]] = first[order[k - 1]];
+  return first;
+}
+
+/// Triangles by the corners of a face that lies on an earlier one, which has the given ones.
+std::vector<std::array<int, 3>> same_triangles(const PolygonFile& file, std::span<const std::array<Index, 3>> earlier,
+                                               const std::vector<Vec3>& places) {
+  std::vector<std::array<int, 3>> triangles;
+  for (const auto& t : earlier) {
+    std::array<int, 3> n{};
+    for (std::size_t c = 0; c < 3; ++c)
+      n[c] = static_cast<int>(std::find(places.begin(), places.end(), file.points[static_cast<std::size_t>(t[c])]) -
+                              places.begin());
+    if ((n[0] < n[1]) + (n[1] < n[2]) + (n[2] < n[0]) != 2) std::swap(n[1], n[2]);
+    triangles.push_back(n);
+  }
+  return triangles;
+}
+
+/// `first`: of each point of the file the one that it is taken for. Faces that lie on each other are cut alike, so that
+/// their triangles are the same.
 Division divide(const PolygonFile& file, const std::vector<Index>& first) {
   Division division;
+  const std::vector<std::size_t> alike = first_alike(file);
+  std::vector<std::size_t> start;  // of each face: its first triangle
   std::size_t begin = 0;
   for (std::size_t f = 0; f < file.face_end.size(); ++f) {
     const std::size_t end = file.face_end[f], whole = end - begin < 3 ? 0 : end - begin - 2,
@@ -142,7 +189,14 @@ Division divide(const PolygonFile& file, const std::vector<Index>& first) {
     while (corners.size() > 1 && point(corners.back()) == point(corners.front())) corners.pop_back();
     std::vector<Vec3> places;
     for (const std::size_t c : corners) places.push_back(file.points[static_cast<std::size_t>(point(c))]);
-    for (const auto& t : triangulate(places)) {
+    start.push_back(before);
+    const std::size_t earlier = alike[f];
+    const auto triangles =
+        earlier == f
+            ? triangulate(places)
+            : same_triangles(file, {division.triangles.data() + start[earlier], start[earlier + 1] - start[earlier]},
+                             places);
+    for (const auto& t : triangles) {
       const auto corner = [&](std::size_t k) { return corners[static_cast<std::size_t>(t[k])]; };
       const std::array<Index, 3> points{point(corner(0)), point(corner(1)), point(corner(2))};
       if (!is_triangle(file, points)) continue;

@@ -206,6 +206,7 @@ class Closing {
       int surplus = 0;
       for (const Index h : edge) surplus += direction(at(h));
       const Index a = sides.from(at(edge[0])), b = sides.to(at(edge[0])), low = std::min(a, b), high = std::max(a, b);
+      if (surplus != 0 && edge.size() > 2) closed_.insert({low, high});
       for (int k = 0; k < std::abs(surplus); ++k)
         open.push_back(surplus > 0 ? std::array{high, low} : std::array{low, high});
     }
@@ -264,7 +265,10 @@ class Closing {
       area += across(triangles_.size() - 1).norm();
     }
     const double width = bounds.sizes().maxCoeff();
-    if (area > 1e-9 * width * width) solid_.holes.push_back({to_vec3(bounds.center()), width});
+    bool is_wall = true;  // the cover of a wall within the solid is its other side
+    for (std::size_t k = 0; k < loop.size(); ++k)
+      is_wall = is_wall && closed_.count(edge(loop[k], loop[(k + 1) % loop.size()])) > 0;
+    if (!is_wall && area > 1e-9 * width * width) solid_.holes.push_back({to_vec3(bounds.center()), width});
   }
 
   static std::array<Index, 2> edge(Index a, Index b) { return {std::min(a, b), std::max(a, b)}; }
@@ -340,7 +344,8 @@ class Closing {
   std::vector<Index> source_, place_;  // of each point: the given one, itself
   Triangles triangles_;
   std::vector<Index> partner_, piece_, patch_;
-  std::set<std::array<Index, 2>> edges_;  // while holes are covered: of triangles at them, and of the covers
+  std::set<std::array<Index, 2>> closed_;  // edges where a wall within the solid meets its surface
+  std::set<std::array<Index, 2>> edges_;   // while holes are covered: of triangles at them, and of the covers
   std::vector<std::vector<std::size_t>> patches_;
   SolidMesh solid_;
 };

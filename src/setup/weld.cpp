@@ -44,10 +44,12 @@ class Welder {
     }
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       const auto& n = mesh.triangles[t];
-      const Vector3d middle = (x(n[0]) + x(n[1]) + x(n[2])) / 3;
-      for (const Index p : n) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Index p = n[c];
         triangles_[at(p)].push_back(static_cast<Index>(t));
-        inward_[at(p)] += (middle - x(p)).normalized();
+        // All directions between the two sides, so that it does not matter how polygons are cut into triangles.
+        const Vector3d u = (x(n[(c + 1) % 3]) - x(p)).normalized(), v = (x(n[(c + 2) % 3]) - x(p)).normalized();
+        if (const double half = 1 + u.dot(v); half > 1e-12) inward_[at(p)] += u.cross(v).norm() / half * (u + v);
       }
     }
   }

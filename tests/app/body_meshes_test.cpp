@@ -304,6 +304,23 @@ TEST_F(BodyMeshes, MassesAreThoseOfWhatIsInside) {
   }
 }
 
+/// Two cubes of squares with the points of a face in common, and that face in both of them or as one wall.
+TEST_F(BodyMeshes, AWallBetweenTwoRoomsIsNoHole) {
+  const std::string points =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv 2 0 0\nv 2 1 0\nv 2 1 1\nv 2 0 1\n";
+  const std::string left = "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\n",
+                    right = "f 2 3 10 9\nf 6 12 11 7\nf 2 9 12 6\nf 10 3 7 11\nf 9 10 11 12\n", wall = "f 2 3 7 6\n",
+                    back = "f 6 7 3 2\n";
+  for (const std::string& walls : {wall, wall + back, back + wall}) {
+    const drench::Setup setup = set_up(write("rooms.obj", points + left + walls + right), true);
+    EXPECT_FALSE(warns_of(setup, "hole")) << ::testing::PrintToString(setup.warnings);
+    EXPECT_TRUE(warns_of(setup, "more than two triangles share"));
+    Vec3 normal;
+    EXPECT_LT(signed_distance(setup.model.bodies[0], {0.5, 0.5, 0.5}, normal), -0.35);
+    EXPECT_LT(signed_distance(setup.model.bodies[0], {1.5, 0.5, 0.5}, normal), -0.35);
+  }
+}
+
 TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
   Body closed = solid_of(test::ball_mesh(3)), open = solid_of(ball_below(0.85));
   for (Body* body : {&closed, &open}) {

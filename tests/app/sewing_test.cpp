@@ -2,6 +2,7 @@
 
 #include "setup/sewing.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -121,6 +122,37 @@ TEST_F(Sewing, LayersThatLieOnEachOtherAreNotWelded) {
                               }))
                 .model.mesh.nodes(),
             121 + 49);
+}
+
+/// Two layers of squares, with points of their own or shared ones; a reversed face is cut along the same diagonal.
+TEST_F(Sewing, TwoSidesOfQuadsAreNeitherSewnNorCutApart) {
+  constexpr int n = 8;
+  for (const bool shared : {false, true})
+    for (const double bend : {0.0, 0.03}) {
+      std::string text;
+      for (int side = 0; side < (shared ? 1 : 2); ++side)
+        for (int j = 0; j <= n; ++j)
+          for (int i = 0; i <= n; ++i)
+            text += fmt::format("v {} {} {}\n", 0.05 * i, 0.05 * j + 0.004 * (i % 3), bend * std::sin(1.0 * i * j));
+      for (int side = 0; side < 2; ++side)
+        for (int j = 0; j < n; ++j)
+          for (int i = 0; i < n; ++i) {
+            const int a = (shared ? 0 : side * (n + 1) * (n + 1)) + j * (n + 1) + i + 1, b = a + 1, d = a + n + 1,
+                      c = d + 1;
+            text += side == 0 ? fmt::format("f {} {} {} {}\n", a, b, c, d) : fmt::format("f {} {} {} {}\n", d, c, b, a);
+          }
+      write("two.obj", text);
+      const drench::Setup setup = built("drench: 1\ncloth: [{name: two, mesh: {file: two.obj}}]\n");
+      EXPECT_EQ(setup.model.mesh.nodes(), (shared ? 1 : 2) * (n + 1) * (n + 1));
+      EXPECT_EQ(setup.model.mesh.triangles(), (shared ? 1 : 2) * 2 * n * n);
+      EXPECT_EQ(any_has(setup.warnings, "triangles of the mesh that repeat an earlier one are omitted: 128"), shared);
+      EXPECT_FALSE(setup.model.has_stitches());
+    }
+  // Layers that are cut along different diagonals lie on each other as well.
+  const auto mirrored = [](double u, double v) { return upper(1 - u, v); };
+  const drench::Setup crossed = set_up(Obj().panel(10, 10, upper).panel(10, 10, mirrored));
+  EXPECT_EQ(crossed.model.mesh.nodes(), 2 * 121);
+  EXPECT_TRUE(any_has(crossed.notes, "40 pairs of points of overlapping sheets are not sewn"));
 }
 
 TEST_F(Sewing, ThreePanelsMeetInAPointAndAtASeam) {
