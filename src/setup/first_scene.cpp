@@ -376,6 +376,11 @@ double place_with_body(Suggestion& s, const std::string& body_file, std::vector<
   const bool sheet = s.garment.flat && s.garment.open, around_it = surrounds(s.garment, body.mesh_points),
              falls = falls_freely(setup.model, setup.model.cloths.front());
   s.pinned = falls || (!sheet && !around_it);
+  if (const std::size_t pieces = around_it && !s.pinned ? pieces_beside(s.garment, body.mesh_points) : 0; pieces > 0)
+    warnings.push_back(fmt::format(
+        "the garment is in {} pieces that are not sewn together, and none of them goes around the body by itself: they "
+        "may fall off; use weld or sew",
+        pieces));
   const char* pins = sheet ? "its edges" : "its highest points";
   s.found.push_back(
       !s.pinned && around_it ? "The body is inside the garment and holds it, so there are no pins"

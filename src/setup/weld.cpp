@@ -73,7 +73,7 @@ class Welder {
         ++weld.merged;
       }
     }
-    if (distance_ < 0 && weld.merged > 0) find_open_pairs(weld);
+    if (distance_ < 0) find_open_pairs(weld);
     number_nodes(weld);
     for (const auto& [a, b] : left)
       if (const Index n = weld.node[at(a)], m = weld.node[at(b)]; n != m)
@@ -98,7 +98,7 @@ class Welder {
 
   Vector3d x(Index p) const { return to_eigen(mesh_.points[at(p)]); }
 
-  /// The rest of a seam that is sewn in part.
+  /// Of seams that are open in part or all along.
   void find_open_pairs(Weld& weld) const {
     std::vector<std::uint8_t> counted(of_.size(), 0);
     for (const Pair& pair : close_pairs(narrow)) {
@@ -208,15 +208,20 @@ class Welder {
 }  // namespace
 
 std::string Weld::text() const {
-  std::string line = fmt::format("weld: {} pairs of boundary points sewn", merged + static_cast<Index>(held.size()));
+  const auto pairs = [](Index count) { return fmt::format("{} pair{}", count, count == 1 ? "" : "s"); };
+  const Index sewn = merged + static_cast<Index>(held.size());
+  std::string line = fmt::format("weld: {} of boundary points sewn", sewn > 0 ? pairs(sewn) : "no pairs");
   if (!held.empty())
     line += fmt::format(", {} of them by stitches, because more than two triangles would share an edge", held.size());
   if (layers > 0)
-    line += fmt::format("; {} pairs of overlapping sheets are not sewn; a distance for weld would sew them", layers);
+    line += fmt::format("; {} of points of overlapping sheets {} not sewn; a distance for weld would sew them",
+                        pairs(layers), layers == 1 ? "is" : "are");
   if (open > 0)
-    line += fmt::format("; {} more pairs, up to {:.2g} m apart, are not sewn; weld: {:.2g} sews all pairs that near",
-                        open, widest, 1.2 * widest);
-  if (refused > 0) line += fmt::format("; {} pairs are not sewn, because a triangle would lose its area", refused);
+    line += fmt::format("; {} {}pair{}, up to {:.2g} m apart, {} not sewn; weld: {:.2g} sews all pairs that near", open,
+                        sewn > 0 ? "more " : "", open == 1 ? "" : "s", widest, open == 1 ? "is" : "are", 1.2 * widest);
+  if (refused > 0)
+    line += fmt::format("; {} {} not sewn, because a triangle would lose its area", pairs(refused),
+                        refused == 1 ? "is" : "are");
   return line;
 }
 

@@ -22,7 +22,7 @@ struct Weld {
   double widest = 0;  // ... so far apart, m
 
   std::size_t file_points() const { return node.size() - copy_of.size(); }
-  bool found() const { return merged > 0 || !held.empty() || layers > 0 || refused > 0; }
+  bool found() const { return merged > 0 || !held.empty() || layers > 0 || refused > 0 || open > 0; }
   /// One line about it.
   std::string text() const;
 };

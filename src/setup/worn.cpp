@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <numbers>
+#include <numeric>
 
 #include "base/eigen_vec.hpp"
 #include "setup/distance_field.hpp"
@@ -171,6 +173,26 @@ bool is_worth_moving(const WornPlace& found, const WornPlace& given) {
 
 bool surrounds(const Garment& garment, const std::vector<Vec3>& body) {
   return surrounds_at(garment, body, Vector3d::Zero());
+}
+
+std::size_t pieces_beside(const Garment& garment, const std::vector<Vec3>& body) {
+  std::vector<Index> piece(garment.mesh.points.size());
+  std::iota(piece.begin(), piece.end(), Index{0});
+  const auto root = [&](Index n) {
+    while (piece[at(n)] != n) n = piece[at(n)] = piece[at(piece[at(n)])];
+    return n;
+  };
+  for (const auto& t : garment.mesh.triangles)
+    for (const Index n : t) piece[at(root(n))] = root(t[0]);
+  std::map<Index, std::vector<std::array<Index, 3>>> pieces;
+  for (const auto& t : garment.mesh.triangles) pieces[root(t[0])].push_back(t);
+  if (pieces.size() == 1) return 0;
+  Garment alone = garment;
+  for (auto& [first, triangles] : pieces) {
+    alone.mesh.triangles = std::move(triangles);
+    if (surrounds(alone, body)) return 0;
+  }
+  return pieces.size();
 }
 
 WornPlace rate_place(const Garment& garment, const Body& body) {

@@ -11,6 +11,8 @@ namespace drench {
 
 /// Does the garment go around a part of the body? A sheet that lies at it never does. `body`: points of its mesh, m.
 bool surrounds(const Garment& garment, const std::vector<Vec3>& body);
+/// Is it in several pieces, none of which goes around a part of the body by itself? How many; else 0.
+std::size_t pieces_beside(const Garment& garment, const std::vector<Vec3>& body);
 
 /// A place of a garment at a body.
 struct WornPlace {

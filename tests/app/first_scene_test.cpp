@@ -270,6 +270,53 @@ TEST_F(NewScene, SewsSeamsThatAreALittleOpen) {
   EXPECT_EQ(drench({"check", "scene.yaml"}).out.find("boundary loop 2 of "), std::string::npos);
 }
 
+/// A skirt of four gores, `gap` m apart along all of their seams.
+std::string gores(double gap) {
+  constexpr int columns = 12, rows = 20;
+  std::string points, faces;
+  for (int gore = 0; gore < 4; ++gore)
+    for (int j = 0; j <= rows; ++j)
+      for (int i = 0; i <= columns; ++i) {
+        const double angle = 0.5 * std::numbers::pi * gore + (0.5 * std::numbers::pi - gap / 0.15) * i / columns;
+        points += fmt::format("v {:.9g} {:.9g} {:.9g}\n", 0.15 * std::cos(angle), 0.025 * j, 0.15 * std::sin(angle));
+        if (i == columns || j == rows) continue;
+        const int a = (gore * (rows + 1) + j) * (columns + 1) + i + 1, b = a + columns + 1;
+        faces += fmt::format("f {} {} {}\nf {} {} {}\n", a, b, a + 1, a + 1, b, b + 1);
+      }
+  return points + faces;
+}
+
+TEST_F(NewScene, SewsSeamsThatAreOpenAllAlong) {
+  write_text(here() / "gores.obj", gores(3.9e-4));
+  const Outcome made = drench({"new", "gores.obj"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("    weld: 0.00047"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("sews 84 pairs of boundary points more than the default"), std::string::npos) << made.out;
+  write_text(here() / "scene.yaml", made.out);
+  EXPECT_EQ(drench({"check", "scene.yaml"}).out.find("pieces"), std::string::npos);
+  std::string without = made.out;
+  const std::size_t line = without.find("    weld: ");
+  write_text(here() / "open.yaml", without.erase(line, without.find('\n', line) + 1 - line));
+  const std::string checked = drench({"check", "open.yaml"}).out;
+  EXPECT_NE(checked.find("weld: no pairs of boundary points sewn; 84 pairs, up to 0.00039 m apart, are not sewn; weld: "
+                         "0.00047 sews all pairs that near"),
+            std::string::npos)
+      << checked;
+}
+
+/// Wider than a tenth of the edges: what the body holds as long as it is sewn.
+TEST_F(NewScene, WarnsOfPiecesThatTheBodyMayNotHold) {
+  write_text(here() / "body.obj", tube(0.61, 1));  // radii of 0.153 and 0.092 m
+  write_text(here() / "gores.obj", gores(3e-3));
+  const Outcome apart = drench({"new", "gores.obj", "--body", "body.obj"});
+  ASSERT_EQ(apart.code, 0) << apart.err;
+  EXPECT_NE(apart.err.find("the garment is in 4 pieces that are not sewn together, and none of them goes around"),
+            std::string::npos)
+      << apart.err << apart.out;
+  write_text(here() / "gores.obj", gores(3.9e-4));
+  EXPECT_EQ(drench({"new", "gores.obj", "--body", "body.obj"}).err.find("pieces"), std::string::npos);
+}
+
 TEST_F(NewScene, WritesNewFilesOnly) {
   write_text(here() / "scene.yaml", "drench: 1\n");
   const Outcome again = drench({"new", "-o", "scene.yaml"});

@@ -112,7 +112,8 @@ TEST_F(Sewing, LayersThatLieOnEachOtherAreNotWelded) {
   const Obj layers = Obj().panel(10, 10, upper).panel(10, 10, upper);
   const drench::Setup setup = set_up(layers);
   EXPECT_EQ(setup.model.mesh.nodes(), 2 * 121);
-  EXPECT_TRUE(any_has(setup.notes, "40 pairs of overlapping sheets are not sewn"));
+  EXPECT_TRUE(any_has(setup.notes,
+                      "weld: no pairs of boundary points sewn; 40 pairs of points of overlapping sheets are not sewn"));
   // a smaller one within a larger one has no boundary point in common with it
   EXPECT_EQ(set_up(Obj()
                        .panel(10, 10, upper)
