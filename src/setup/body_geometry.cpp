@@ -165,9 +165,13 @@ const char* fate_of_holes(const SolidMesh& solid, MeshUse use, double size) {
 void report(const SolidMesh& solid, MeshUse use, double size, const std::string& label,
             std::vector<std::string>& lines) {
   if (!solid.holes.empty())
-    lines.push_back(fmt::format("{}: the mesh has {} hole{}, the largest {}: {}", label, solid.holes.size(),
-                                solid.holes.size() > 1 ? "s" : "", place_of(solid.holes.front()),
+    lines.push_back(fmt::format("{}: the mesh has {} hole{} {}: {}", label, solid.holes.size(),
+                                solid.holes.size() > 1 ? "s, the largest" : ",", place_of(solid.holes.front()),
                                 fate_of_holes(solid, use, size)));
+  if (solid.joined > 0)
+    lines.push_back(
+        fmt::format("{}: it is made of patches without common points along their edges, which are joined{}", label,
+                    solid.gap > 1e-6 * size ? fmt::format(" across gaps of up to {:.2g} m", solid.gap) : ""));
   if (solid.branches > 0)
     lines.push_back(fmt::format(
         "{}: more than two triangles share {} of its edges, the first at ({:.4g}, {:.4g}, {:.4g}): the volume that its "

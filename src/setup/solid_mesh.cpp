@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/eigen_vec.hpp"
+#include "setup/close_gaps.hpp"
 #include "setup/mesh_joins.hpp"
 #include "setup/triangulation.hpp"
 
@@ -53,9 +54,9 @@ Triangles without_copies(const Triangles& triangles, const Name& name) {
 
 class Closing {
  public:
-  explicit Closing(const SurfaceMesh& mesh) : x_(mesh.points) {
-    triangles_ = without_copies(mesh.triangles, [&](std::size_t t, std::size_t c) { return mesh.triangles[t][c]; });
-    separate_pieces(first_copies(mesh.points));
+  Closing(const std::vector<Vec3>& points, const Triangles& triangles, const std::vector<Index>& place) : x_(points) {
+    triangles_ = without_copies(triangles, [&](std::size_t t, std::size_t c) { return triangles[t][c]; });
+    separate_pieces(place);
   }
 
   SolidMesh close(Sheets sheets) {
@@ -372,6 +373,16 @@ bool bounds_solid(const std::vector<std::array<Index, 3>>& triangles) {
   return !sides.empty();
 }
 
-SolidMesh close_mesh(const SurfaceMesh& mesh, Sheets sheets) { return Closing(mesh).close(sheets); }
+SolidMesh close_mesh(const SurfaceMesh& mesh, Sheets sheets) {
+  const ClosedGaps same = close_rounding(mesh);
+  SolidMesh solid = Closing(mesh.points, same.triangles, same.place).close(sheets);
+  if (solid.has_inside()) return solid;
+  const ClosedGaps gaps = close_gaps(mesh);
+  if (gaps.joined == 0) return solid;
+  SolidMesh joined = Closing(mesh.points, gaps.triangles, gaps.place).close(sheets);
+  joined.gap = gaps.widest;
+  joined.joined = gaps.joined;
+  return joined.has_inside() ? joined : solid;
+}
 
 }  // namespace drench

@@ -23,6 +23,8 @@ struct SolidMesh {
   std::size_t branches = 0;                     // edges on which more than two triangles of one piece meet
   Vec3 branch{0, 0, 0};                         // m: on the first of them
   std::size_t left_out = 0;                     // triangles of sheets
+  Index joined = 0;                             // points and edges of patches that enclose a volume only together, ...
+  double gap = 0;                               // ... and the widest gap between them, m
   /// Has it an inside? A sheet has none: what covers its edge is as large as it is.
   bool has_inside() const;
 };
@@ -30,7 +32,8 @@ struct SolidMesh {
 /// What becomes of pieces that have no inside, beside others that have one.
 enum class Sheets { keep, leave_out };
 
-/// Steps: points at the same place become one where triangles of both have no other neighbour there, so seams close and
+/// Patches that enclose a volume only together are joined across narrow gaps (setup/close_gaps.hpp). Steps then: points
+/// at the same place, to rounding, become one where triangles of both have no other neighbour there, so seams close and
 /// pieces that only touch stay apart; neighbours are turned alike; the holes of each piece are covered; each piece is
 /// turned outwards by its volume; where more than two triangles meet in an edge, those are neighbours that enclose
 /// solid between them. `mesh` has finite points, and no triangle of it names one twice.

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -318,6 +319,92 @@ TEST_F(BodyMeshes, AWallBetweenTwoRoomsIsNoHole) {
     Vec3 normal;
     EXPECT_LT(signed_distance(setup.model.bodies[0], {0.5, 0.5, 0.5}, normal), -0.35);
     EXPECT_LT(signed_distance(setup.model.bodies[0], {1.5, 0.5, 0.5}, normal), -0.35);
+  }
+}
+
+/// The six sides of a cube as patches of so many squares, each smaller by `gap` along its border.
+std::string patches(const std::array<int, 6>& cells, double gap, bool shared) {
+  std::string points, faces;
+  std::map<std::array<double, 3>, int> number;
+  int count = 0;
+  const auto add = [&](const Vector3d& x) {
+    const auto [found, fresh] = number.try_emplace({x[0], x[1], x[2]}, count + 1);
+    if (shared && !fresh) return found->second;
+    points += fmt::format("v {:.9g} {:.9g} {:.9g}\n", x[0], x[1], x[2]);
+    return found->second = ++count;
+  };
+  for (int side = 0; side < 6; ++side) {
+    const int axis = side / 2, n = cells[static_cast<std::size_t>(side)];
+    std::vector<int> at;
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i <= n; ++i) {
+        Vector3d x;
+        x[axis] = side % 2;
+        x[(axis + 1) % 3] = gap + (1 - 2 * gap) * i / n;
+        x[(axis + 2) % 3] = gap + (1 - 2 * gap) * j / n;
+        at.push_back(add(x));
+      }
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) {
+        const auto corner = [&](int k, int l) { return at[static_cast<std::size_t>((j + l) * (n + 1) + i + k)]; };
+        faces += fmt::format("f {} {} {} {}\n", corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1));
+      }
+  }
+  return points + faces;
+}
+
+TEST_F(BodyMeshes, PatchesThatMeetWithoutCommonPointsAreOneSolid) {
+  struct Case {
+    std::array<int, 6> cells;
+    double gap;
+    bool shared;
+  };
+  for (const Case& c : {Case{{1, 2, 3, 4, 5, 6}, 0, true}, Case{{4, 6, 5, 8, 7, 4}, 0, false},
+                        Case{{4, 4, 4, 4, 4, 4}, 0.001, false}, Case{{4, 6, 5, 8, 7, 4}, 0.001, false}}) {
+    const drench::Setup setup = set_up(write("patches.obj", patches(c.cells, c.gap, c.shared)), true);
+    EXPECT_TRUE(warns_of(setup, "it is made of patches without common points along their edges, which are joined"));
+    EXPECT_EQ(warns_of(setup, "joined across gaps of up to 0.0014 m"), c.gap > 0);
+    EXPECT_FALSE(warns_of(setup, "hole")) << ::testing::PrintToString(setup.warnings);
+    const Body& body = setup.model.bodies[0];
+    EXPECT_TRUE(bounds_solid(body.mesh_triangles));
+    const auto distance = exact_distance(body);
+    EXPECT_NEAR(distance({0.5, 0.5, 0.5}), -0.5, 0.002);
+    EXPECT_NEAR(distance({0.5, 0.5, 1.2}), 0.2, 0.002);
+    EXPECT_NEAR(distance({0.97, 0.98, 0.5}), -0.02, 0.002);
+  }
+  // A sheet stays one, and so do plates that are too far apart.
+  EXPECT_TRUE(
+      warns_of(set_up(write("apart.obj", patches({4, 4, 4, 4, 4, 4}, 0.02, false)), false), "it encloses no volume"));
+}
+
+/// The points of a pole differ by rounding, also in a sequence.
+TEST_F(BodyMeshes, PointsAtOnePlaceToRoundingAreOne) {
+  constexpr int around = 12, rows = 8;
+  const auto ball = [&](double more) {
+    std::string text;
+    for (int j = 0; j <= rows; ++j)
+      for (int i = 0; i < around; ++i) {
+        const double down = std::numbers::pi * j / rows, angle = 2 * std::numbers::pi * i / around;
+        text += fmt::format("v {:.9g} {:.9g} {:.9g}\n", std::sin(down) * std::cos(angle),
+                            (1 + more) * (1 + std::cos(down)), std::sin(down) * std::sin(angle));
+      }
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < around; ++i) {
+        const int a = j * around + i + 1, b = j * around + (i + 1) % around + 1;
+        if (j > 0) text += fmt::format("f {} {} {}\n", a, b, a + around);
+        if (j + 1 < rows) text += fmt::format("f {} {} {}\n", b, b + around, a + around);
+      }
+    return text;
+  };
+  write("ball_0.obj", ball(0));
+  write("ball_1.obj", ball(0.1));
+  for (const std::string mesh : {"file: ball_0.obj", "sequence: ball_*.obj, fps: 24"}) {
+    const drench::Setup setup = built(
+        "drench: 1\nfluid: {spacing: 0.1, sources: [{block: {min: [2, 2, 2], max: [2.2, 2.2, 2.2]}}]}\n"
+        "bodies: [{mesh: {" +
+        mesh + "}}]\n");
+    EXPECT_FALSE(warns_of(setup, "hole")) << mesh << ::testing::PrintToString(setup.warnings);
+    EXPECT_EQ(setup.model.bodies[0].mesh_points.size(), around * (rows - 1) + 2U) << mesh;
   }
 }
 
