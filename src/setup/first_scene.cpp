@@ -314,8 +314,10 @@ std::string measure(Suggestion& s, FirstScene& result) {
     first = files.front();
     const Box box = bounds_of(read_mesh(first, scene_path).points);
     s.body_guess = guess_of_body(box);
+    check_guess(box, s.body_guess, first);
     if (!s.mesh.empty()) guess = guess_beside(bounds_of(mesh.points), box, s.body_guess);
   }
+  if (!s.mesh.empty()) check_guess(bounds_of(mesh.points), guess, label);
   s.points = mesh;
   s.garment = measure_garment(std::move(mesh), label, guess, with_body);
   if (!s.garment.unit_warning.empty()) result.warnings.push_back(s.garment.unit_warning);

@@ -8,6 +8,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "setup/file_place.hpp"
+#include "setup/setup_error.hpp"
 
 namespace drench {
 namespace {
@@ -100,6 +101,17 @@ MeshGuess guess_of(const Box& file_box) {
   guess_unit(file_box, guess);
   guess_up(file_box, guess);
   return guess;
+}
+
+void check_guess(const Box& file_box, const MeshGuess& guess, const std::string& label) {
+  constexpr double least = 0.002, most = 100;  // m
+  const double units = sides_of(file_box).maxCoeff(), size = units * metres_in(guess.unit);
+  if (size >= least && size <= most) return;
+  if (!(units > 0 && std::isfinite(units))) return;  // other checks have a better text
+  throw SetupError(fmt::format(
+      "{} is {:.3g} units long, which is no usual size in m, dm, cm, mm or inch; convert the file to one of these "
+      "units, or write mesh: {{file: …, scale: {:g}}} into the scene of drench new without a mesh",
+      label, units, std::pow(1000, -std::round(std::log10(units) / 3))));
 }
 
 MeshGuess guess_of_body(const Box& file_box) {

@@ -27,6 +27,9 @@ MeshGuess guess_of_body(const Box& file_box);
 /// Of a garment: that of the body where the garment lies at the body then.
 MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const MeshGuess& body);
 
+/// SetupError: a file whose size fits none of the units that are guessed.
+void check_guess(const Box& file_box, const MeshGuess& guess, const std::string& label);
+
 /// A file's box in metres, y up.
 Box upright_box(const Box& file_box, const MeshGuess& guess);
 

@@ -501,5 +501,18 @@ TEST_F(NewScene, RefusesWhatIsNoClothInOneLine) {
   expect_refusal({"new", "a.obj", "b.obj"}, "b.obj");
 }
 
+TEST_F(NewScene, OfAnUnknownUnitNamesTheKeyOfAScene) {
+  write_text(here() / "body.obj", tube(1.7, 1));
+  for (const double unit : {1e3, 1e-6}) {  // kilometres, micrometres
+    write_text(here() / "garment.obj", tube(0.6, unit));
+    for (const std::string& body : {std::string(), std::string("body.obj")}) {
+      std::vector<std::string> words{"new", "garment.obj"};
+      if (!body.empty()) words.insert(words.end(), {"--body", body});
+      expect_refusal(words, "is no usual size in m, dm, cm, mm or inch");
+      expect_refusal(words, fmt::format("write mesh: {{file: …, scale: {:g}}} into the scene", unit));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace drench::test
