@@ -93,7 +93,7 @@ BakedLiquid::Frame BakedLiquid::read_file(std::int64_t number) const {
   if (knows_ids_ && has_ids_ != !frame.id.empty())
     fail(fmt::format("it has {}ids, unlike the first file with particles; allowed: ids (`id`) in all files or in none",
                      has_ids_ ? "no " : ""));
-  for (const StartParticle& p : start_particles(model_, source, std::move(file), block_label(0))) {
+  for (const StartParticle& p : start_particles(model_, source, std::move(file), block_label(source, 0))) {
     frame.position.push_back(p.position);
     frame.velocity.push_back(p.velocity);
     frame.mass.push_back(p.mass);

@@ -155,7 +155,9 @@ std::string place_of(const MeshHole& hole) {
 const char* fate_of_holes(const SolidMesh& solid, MeshUse use, double size) {
   constexpr double large = 0.2;  // of the size: liquid is likely meant to enter
   if (use == MeshUse::liquid) return "holes are closed, and the volume inside is filled";
-  if (solid.holes.front().width < large * size) return "they are small and are closed; the inside is solid";
+  if (solid.holes.front().width < large * size)
+    return solid.holes.size() > 1 ? "they are small and are closed; the inside is solid"
+                                  : "it is small and is closed; the inside is solid";
   if (use == MeshUse::solid) return "holes are closed and the inside is solid; a vessel needs walls with a thickness";
   return "holes are closed and the inside is solid; for a vessel that liquid enters set `inside: true`, which makes it "
          "a thin wall";
@@ -175,13 +177,14 @@ void report(const SolidMesh& solid, MeshUse use, double size, const std::string&
   if (solid.branches > 0)
     lines.push_back(fmt::format(
         "{}: more than two triangles share {} of its edges, the first at ({:.4g}, {:.4g}, {:.4g}): the volume that its "
-        "outer surface encloses is solid",
-        label, solid.branches, solid.branch[0], solid.branch[1], solid.branch[2]));
+        "outer surface encloses is {}",
+        label, solid.branches, solid.branch[0], solid.branch[1], solid.branch[2],
+        use == MeshUse::liquid ? "filled" : "solid"));
   if (solid.left_out > 0)
     lines.push_back(fmt::format(
-        "{}: {} triangles belong to sheets that enclose no volume and are omitted, because deforming bodies must be "
-        "closed",
-        label, solid.left_out));
+        "{}: {} to sheets that enclose no volume and {} omitted, because deforming bodies must be closed", label,
+        solid.left_out == 1 ? "1 triangle belongs" : fmt::format("{} triangles belong", solid.left_out),
+        solid.left_out == 1 ? "is" : "are"));
 }
 
 /// The body's mesh as its file has it, in m.
@@ -341,9 +344,8 @@ void refuse_thin_wall(const Body& body, const BodyScene& scene, const std::strin
                      ": moving cloth cannot touch a mesh with inside: true, a thin wall; allowed: a mesh without that "
                      "key whose walls have a thickness, or cloths with dynamics: false");
   throw SetupError(fmt::format(
-      "{}: moving cloth cannot touch a mesh that encloses no volume{}; allowed: a closed mesh (give the sheet a "
-      "thickness, or "
-      "close it), a box, sphere or plane, or cloths with dynamics: false",
+      "{}: moving cloth cannot touch a mesh that encloses no volume{}; allowed: a mesh that encloses a volume "
+      "(give the sheet a thickness, or close it), a box, sphere or plane, or cloths with dynamics: false",
       label,
       solid.holes.empty() ? "" : fmt::format(": its edge, {}, surrounds all of it", place_of(solid.holes.front()))));
 }

@@ -313,9 +313,9 @@ void build_cloth(const ClothScene& c, Model& model, std::vector<std::vector<std:
     lines.notes.push_back(
         fmt::format("{}: sew: {} stitches close in {} s", cloth_label(c.name), sewn.size(), c.sew_time));
   if (unneeded > 0)
-    lines.notes.push_back(
-        fmt::format("{}: sew: pairs without a stitch, because they are one node or have a common edge: {}",
-                    cloth_label(c.name), unneeded));
+    lines.notes.push_back(fmt::format(
+        "{}: sew: {} of points {} no stitch: they are one node already or have a common edge", cloth_label(c.name),
+        unneeded == 1 ? "1 pair" : fmt::format("{} pairs", unneeded), unneeded == 1 ? "gets" : "get"));
   append_patches(model, c, fabric);
   if (needs_warp(c)) blaming(key + ".warp", [&] { append_warp(mesh, own, c, fabric, rotation_of(c)); });
   warp.emplace_back();

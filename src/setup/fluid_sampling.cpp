@@ -175,7 +175,7 @@ BlockParticles lay_blocks(Model& model, std::vector<SourceFile> files, std::vect
       closest = std::min(closest, lattice.narrowest());
       lattice.for_each([&](const Vec3& x, Quanta mass) { lay(x, blocks[b].velocity, mass); });
     } else {
-      for (const StartParticle& p : start_particles(model, blocks[b], std::move(files[b]), block_label(b)))
+      for (const StartParticle& p : start_particles(model, blocks[b], std::move(files[b]), block_label(blocks[b], b)))
         lay(p.position, p.velocity, p.mass);
     }
     if (b + 1 == blocks.size()) break;

@@ -48,8 +48,8 @@ Body closed_mesh(const std::string& scene_path, const PlacedFile& placed, const 
   body.rotate_degrees = placed.rotate_degrees;
   Body made = make_body(body, scene_path, name, &warnings, MeshUse::liquid);
   if (!bounds_solid(made.mesh_triangles))
-    throw SetupError(
-        fmt::format("{}: the mesh {} encloses no volume to fill; allowed: a closed mesh", name, placed.file));
+    throw SetupError(fmt::format("{}: the mesh {} encloses no volume to fill; allowed: a mesh that encloses a volume",
+                                 name, placed.file));
   if (std::string hint = unit_hint(made.mesh_points, placed.unit, placed.scale, name); !hint.empty())
     hints.push_back(std::move(hint));
   return made;
@@ -202,14 +202,30 @@ bool has_no_faces(const std::string& path) {
 
 }  // namespace
 
-std::string block_label(std::size_t block) { return fmt::format("fluid: block {}", block); }
+const char* kind_of(const BlockScene& block) {
+  switch (block.shape) {
+    case Shape::box:
+      return "block";
+    case Shape::sphere:
+      return "sphere source";
+    case Shape::mesh:
+      return "mesh source";
+    case Shape::particles:
+      return "particle source";
+  }
+  return "source";
+}
+
+std::string block_label(const BlockScene& block, std::size_t number) {
+  return fmt::format("fluid: {} {}", kind_of(block), number);
+}
 
 SourceFile read_source_file(const std::string& scene_path, const BlockScene& block, std::size_t number,
                             std::vector<std::string>& warnings, std::vector<std::string>& hints) {
   SourceFile file;
   const bool of_sequence = !block.sequence.files.empty();
   if (block.shape == Shape::mesh && !(of_sequence && has_no_faces(block.placed.file)))
-    file.mesh = closed_mesh(scene_path, block.placed, block_label(number), warnings, hints);
+    file.mesh = closed_mesh(scene_path, block.placed, block_label(block, number), warnings, hints);
   if (block.shape == Shape::particles) file.particles = read_particle_file(block.placed.file, of_sequence);
   return file;
 }

@@ -21,8 +21,10 @@ struct SourceFile {
   ParticleFile particles;  // of particles
 };
 
-/// "fluid: block 0", for messages.
-std::string block_label(std::size_t block);
+/// "block", or "mesh source", for messages.
+const char* kind_of(const BlockScene& block);
+/// "fluid: mesh source 0": of the liquid that is there at the start, counted from 0.
+std::string block_label(const BlockScene& block, std::size_t number);
 
 /// Reads the file of block `number` (from 0); lines about holes are added to `warnings`, those about an unusual size to
 /// `hints`. SetupError: a file that cannot be read, a mesh that encloses no volume. Files of a sequence may hold

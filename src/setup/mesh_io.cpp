@@ -112,11 +112,11 @@ struct Division {
   std::size_t wanted = 0, first_face = 0;           // n − 2 summed over the faces; the first face with one left out
   std::string left_out(const PolygonFile& file, const std::string& name) const {
     if (wanted == triangles.size()) return "";
-    return fmt::format(
-        "mesh file '{}': {} of {} triangles have no area or name a point twice and are omitted, the first of face "
-        "{}{}",
-        name, wanted - triangles.size(), wanted, first_face,
-        file.face_line.empty() ? "" : fmt::format(" (line {})", file.face_line[first_face]));
+    const bool one = wanted == triangles.size() + 1;
+    return fmt::format("mesh file '{}': {} of {} triangles {} and {} to face {}{}", name, wanted - triangles.size(),
+                       wanted, one ? "has no area or names a point twice" : "have no area or name a point twice",
+                       one ? "is omitted; it belongs" : "are omitted; the first belongs", first_face,
+                       file.face_line.empty() ? "" : fmt::format(" (line {})", file.face_line[first_face]));
   }
 };
 

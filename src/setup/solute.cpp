@@ -7,6 +7,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "setup/cloth_mesh.hpp"
+#include "setup/liquid_shapes.hpp"
 
 namespace drench {
 namespace {
@@ -72,7 +73,8 @@ void warn_of_thin_solute(const Model& model, std::vector<std::string>& warnings)
   };
   if (!model.has_solute()) return;
   const FluidScene& fluid = model.scene.fluid;
-  for (std::size_t b = 0; b < fluid.blocks.size(); ++b) look("block", b, fluid.blocks[b].concentration);
+  for (std::size_t b = 0; b < fluid.blocks.size(); ++b)
+    look(kind_of(fluid.blocks[b]), b, fluid.blocks[b].concentration);
   for (std::size_t j = 0; j < fluid.jets.size(); ++j) look("jet", j, fluid.jets[j].concentration);
   for (std::size_t j = 0; j < fluid.mesh_jets.size(); ++j) look("mesh_jet", j, fluid.mesh_jets[j].concentration);
 }

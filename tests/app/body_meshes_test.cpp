@@ -192,7 +192,8 @@ TEST_F(BodyMeshes, WhatHasNoAreaIsLeftOutAndReportedOnce) {
   EXPECT_EQ(setup.model.mesh.triangles(), 3);
   EXPECT_EQ(setup.model.mesh.nodes(), 5);
   EXPECT_TRUE(warns_of(
-      setup, "2 of 5 triangles have no area or name a point twice and are omitted, the first of face 1 (line 10)"));
+      setup,
+      "2 of 5 triangles have no area or name a point twice and are omitted; the first belongs to face 1 (line 10)"));
 }
 
 TEST_F(BodyMeshes, ShellsThatTouchStayTwoPiecesWithAndWithoutTexture) {
@@ -429,7 +430,7 @@ TEST_F(BodyMeshes, AnOpenOneIsSolidAndItsHoleReported) {
   const std::string file = write("open.obj", obj_of(ball_below(0.85)));
   for (const bool cloth : {false, true}) {
     const drench::Setup setup = set_up(file, cloth);
-    EXPECT_TRUE(warns_of(setup, "bodies.0 (" + file + "): the mesh has 1 hole, the largest 1."))
+    EXPECT_TRUE(warns_of(setup, "bodies.0 (" + file + "): the mesh has 1 hole, 1."))
         << ::testing::PrintToString(setup.warnings);
     for (const Vec3& x : setup.state.fluid_position) EXPECT_GT(to_eigen(x).norm(), 0.6);
     EXPECT_TRUE(is_closed({setup.model.bodies[0].mesh_points, setup.model.bodies[0].mesh_triangles}));
@@ -463,14 +464,14 @@ TEST_F(BodyMeshes, AdviceOnHolesFitsTheUseAndTheSizeOfTheHole) {
   EXPECT_TRUE(warns_of(with_cloth, "holes are closed and the inside is solid; a vessel needs walls with a thickness"));
   const drench::Setup tight = set_up(small, false);
   EXPECT_FALSE(warns_of(tight, "inside: true"));
-  EXPECT_TRUE(warns_of(tight, "they are small and are closed; the inside is solid"))
+  EXPECT_TRUE(warns_of(tight, "it is small and is closed; the inside is solid"))
       << ::testing::PrintToString(tight.warnings);
   const drench::Setup liquid = built(
       fmt::format("drench: 1\nfluid: {{spacing: 0.1, sources: [{{mesh: {{file: {}}}}}]}}\ndomain: {{min: [-3, -3, -3], "
                   "max: [3, 3, 3]}}\n",
                   large));
   EXPECT_FALSE(warns_of(liquid, "inside: true"));
-  EXPECT_TRUE(warns_of(liquid, "fluid: block 0 (" + large + "): the mesh has 1 hole, the largest 1."));
+  EXPECT_TRUE(warns_of(liquid, "fluid: mesh source 0 (" + large + "): the mesh has 1 hole, 1."));
   EXPECT_TRUE(warns_of(liquid, "holes are closed, and the volume inside is filled"));
 }
 

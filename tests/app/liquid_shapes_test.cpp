@@ -165,9 +165,10 @@ TEST_F(LiquidShapes, a_mesh_in_another_unit_gets_a_hint_with_its_error) {
   const std::string file = write("cube.obj", cube);
   const std::string text =
       refusal_of([&] { build(with_source("mesh: {file: " + file + ", scale: 100}")); });  // as of millimetres
-  EXPECT_NE(text.find("fluid: block 0 is 100 m long: if the file is in centimetres, add unit: cm (1 m); if the file is "
-                      "in millimetres, add unit: mm (0.1 m) ("),
-            std::string::npos)
+  EXPECT_NE(
+      text.find("fluid: mesh source 0 is 100 m long: if the file is in centimetres, add unit: cm (1 m); if the file is "
+                "in millimetres, add unit: mm (0.1 m) ("),
+      std::string::npos)
       << text;
 }
 

@@ -231,8 +231,9 @@ TEST_F(Sewing, StitchesFollowLoopsGroupsPairsAndFiles) {
   EXPECT_NE(file.find("seams.txt"), std::string::npos);
   const drench::Setup pairs = set_up(obj, "    sew: [{file: seams.txt}, {pairs: [[99, 10], [0, 1], [5, 5]]}]\n");
   EXPECT_EQ(pairs.model.mesh.stitch, (std::vector<std::array<Index, 2>>{{10, 99}, {21, 110}}));
-  EXPECT_TRUE(any_has(pairs.notes, "pairs without a stitch, because they are one node or have a common edge: 2"));
-  EXPECT_FALSE(any_has(loops.notes, "without a stitch"));
+  EXPECT_TRUE(
+      any_has(pairs.notes, "sew: 2 pairs of points get no stitch: they are one node already or have a common edge"));
+  EXPECT_FALSE(any_has(loops.notes, "no stitch"));
 }
 
 TEST_F(Sewing, AStripOfFacesSewsTheEdgeAlongIt) {

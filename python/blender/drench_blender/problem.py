@@ -50,7 +50,7 @@ def with_names(text, names):
     text = _replace_keys(text, r"fluid\.sources", names.sources)
     for name in names.bodies:
         text = text.replace(f"body '{name}'", f"'{name}'")
-    text = _replace_numbers(text, "block|blocks", names.blocks)
+    text = _replace_numbers(text, "blocks?|(?:mesh|sphere|particle) source", names.blocks)
     text = _replace_numbers(text, "jet|jets", names.jets)
     text = _replace_numbers(text, "rain", names.rains)
     text = _replace_numbers(text, "mesh_jet", names.mesh_jets)
