@@ -97,7 +97,8 @@ gravity: [0, 0, 0]
 domain: {min: [-1, -1, -1], max: [1, 1, 1]}
 cloth:
   - {mesh: {grid: {size: [0.2, 0.2], nodes: [6, 6]}}, thickness: 0.002, self_collision: true}
-  - mesh: {grid: {size: [0.2, 0.2], nodes: [6, 6]}}
+  - name: upper
+    mesh: {grid: {size: [0.2, 0.2], nodes: [6, 6]}}
     place: {position: [0.013, 0.001, 0.007]}
     thickness: 0.002
     self_collision: true
@@ -124,7 +125,7 @@ bodies:
   for (const auto& backend : {make_reference_backend(setup.model), make_kokkos_backend(setup.model)}) {
     Pipeline pipeline(setup.model, *backend, setup.state);
     pipeline.step(1e-6);
-    for (const Vec3& v : backend->download().body_velocity) EXPECT_LT(std::fabs(v[1]), 0.1) << backend->name();
+    for (const Vec3& v : backend->download().body_velocity) EXPECT_LT(std::fabs(v[1]), 0.3) << backend->name();
   }
 }
 
