@@ -87,8 +87,9 @@ def test_recording_refuses(scene, tmp_path):
     (tmp_path / "full").mkdir()
     (tmp_path / "full/mine.txt").write_text("mine")
     for overwrite in (False, True):
-        with pytest.raises(drench.Error, match="is not empty"):
+        with pytest.raises(drench.Error, match="is not empty") as error:
             run.record(tmp_path / "full", overwrite=overwrite)
+        assert " -" not in str(error.value)  # no options of the command
     with run.record(tmp_path / "run"):
         with pytest.raises(RuntimeError, match="being recorded already"):
             run.record(tmp_path / "other")

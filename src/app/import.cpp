@@ -36,10 +36,14 @@ struct Reader {
 
 Reader reader_of(const std::string& file) {
   std::error_code ignored;
+  const std::string allowed = fmt::format("allowed: {}, {}", imported_endings(), fmt::join(scene_endings, ", "));
+  if (std::filesystem::is_directory(file, ignored))
+    throw ExportError(fmt::format("{}: it is a folder; {}", file, allowed));
   if (!std::filesystem::is_regular_file(file, ignored)) throw ExportError(fmt::format("{}: no such file", file));
   if (has_ending(file, blender_endings)) return {"read_blender.py", blender_python};
   if (has_ending(file, scene_endings))
     return {ending_of(file) == ".xml" ? "read_libwetcloth.py" : "read_json.py", any_python};
+  if (!has_ending(file, usd_endings)) throw ExportError(fmt::format("{}: cannot be imported; {}", file, allowed));
   return {"read_usd.py", usd_python};
 }
 

@@ -95,6 +95,8 @@ ImportedMesh mesh_of(const std::string& file, const std::optional<std::string>& 
 
 int new_command(const NewOptions& options) {
   check_output(options.output);
+  if (options.body_prim && options.body.empty())
+    throw ExportError("--body-prim: applies only with --body FILE; add it");
   const ImportedMesh mesh = mesh_of(options.mesh, options.prim), body = mesh_of(options.body, options.body_prim);
   if (!mesh.sequence.empty())
     fmt::print(stderr,

@@ -13,7 +13,7 @@ Recorder::Recorder(const std::string& folder, bool overwrite, const Model& model
     : model_(model),
       backend_(&backend),
       pipeline_(&pipeline),
-      folder_(make_run_folder(folder, model.scene.path, overwrite).path),
+      folder_(make_run_folder(folder, model.scene.path, overwrite, {"choose another folder", "overwrite"}).path),
       lock_(folder_),
       log_(folder_ / "run.log"),
       totals_(model.most_stretch()) {

@@ -51,26 +51,23 @@ void remove_run(const fs::path& folder) {
   }
 }
 
-RunFolder choose(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite) {
+RunFolder choose(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite,
+                 const FolderWords& words) {
   const fs::path wanted = requested ? fs::path(*requested) : fs::path("out") / fs::path(scene_path).stem();
   if (!taken(wanted)) return {wanted, ""};
   if (fs::exists(wanted) && !fs::is_directory(wanted) && requested)
-    throw FolderError(fmt::format("{}: is not a folder; choose another with -o", wanted.string()));
+    throw FolderError(fmt::format("{}: is not a folder; {}", wanted.string(), words.other));
   if (overwrite) {
     if (!holds_run(wanted) && !holds_beginning_only(wanted))
-      throw FolderError(
-          fmt::format("{}: is not empty and contains no output of drench, so --overwrite leaves it unchanged; "
-                      "choose another folder with -o",
-                      wanted.string()));
+      throw FolderError(fmt::format("{}: is not empty and contains no output of drench, so {} leaves it unchanged; {}",
+                                    wanted.string(), words.overwrite, words.other));
     const FolderLock lock(wanted);
     remove_run(wanted);
     return {wanted, ""};
   }
   if (requested)
-    throw FolderError(
-        fmt::format("{}: is not empty; choose another folder with -o, or give --overwrite to replace an "
-                    "earlier run's files",
-                    wanted.string()));
+    throw FolderError(fmt::format("{}: is not empty; {}, or give {} to replace an earlier run's files", wanted.string(),
+                                  words.other, words.overwrite));
   for (int n = 2;; ++n) {
     const fs::path sibling = fmt::format("{}-{}", wanted.string(), n);
     if (!taken(sibling))
@@ -104,9 +101,10 @@ FolderLock::~FolderLock() {
   if (file_ >= 0) close(file_);
 }
 
-RunFolder make_run_folder(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite) {
+RunFolder make_run_folder(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite,
+                          const FolderWords& words) {
   try {
-    RunFolder folder = choose(requested, scene_path, overwrite);
+    RunFolder folder = choose(requested, scene_path, overwrite, words);
     fs::create_directories(folder.path);
     return folder;
   } catch (const fs::filesystem_error& e) {

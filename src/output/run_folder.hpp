@@ -20,10 +20,17 @@ struct RunFolder {
   std::string note;  // one line when it is not the folder that one would expect, else ""
 };
 
+/// How a folder is chosen and replaced, for messages: of the command, unless a program calls.
+struct FolderWords {
+  const char* other = "choose another folder with -o";
+  const char* overwrite = "--overwrite";
+};
+
 /// Chooses and makes the folder. Without `requested` it is out/<scene's stem>, or the first free out/<stem>-2, -3, …
 /// A `requested` folder must be new or empty. With `overwrite` a folder that holds an earlier run's output is cleared
 /// of the files that drench writes, and of no others. Throws FolderError.
-RunFolder make_run_folder(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite);
+RunFolder make_run_folder(const std::optional<std::string>& requested, const std::string& scene_path, bool overwrite,
+                          const FolderWords& words = {});
 
 /// Removes what writers that were killed have left: files under their temporary names.
 void remove_unfinished(const std::filesystem::path& folder);

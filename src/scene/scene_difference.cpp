@@ -63,8 +63,8 @@ std::optional<std::string> scene_difference(const std::string& before, const std
   const auto all = scene_differences(before, now, allowed);
   if (all.empty()) return std::nullopt;
   const KeyDifference& first = all.front();
-  if (!first.now) return fmt::format("{} was {}, is no more", first.key, *first.before);
-  if (!first.before) return fmt::format("{} was not there, is {}", first.key, *first.now);
+  if (!first.now) return fmt::format("{} was {} and is not given now", first.key, *first.before);
+  if (!first.before) return fmt::format("{} was not given and is {} now", first.key, *first.now);
   return fmt::format("{} was {}, is {}", first.key, *first.before, *first.now);
 }
 

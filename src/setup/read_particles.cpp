@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "base/eigen_vec.hpp"
 #include "setup/mesh_files.hpp"
@@ -22,7 +23,13 @@ namespace drench {
 namespace {
 
 ParticleFile read_ply(const std::string& path) {
-  PolygonFile file = read_ply_file(path, /*particles=*/true);
+  PolygonFile file;
+  try {
+    file = read_ply_file(path, /*particles=*/true);
+  } catch (const SetupError& e) {  // of the reader that meshes have in common with particles
+    const std::string what = e.what(), mesh = "mesh file";
+    throw SetupError(what.starts_with(mesh) ? "particle file" + what.substr(mesh.size()) : what);
+  }
   return {std::move(file.points), std::move(file.velocity), std::move(file.mass), std::move(file.id)};
 }
 
@@ -32,8 +39,19 @@ Vec3 row(vtkDataArray* values, vtkIdType i) {
   return x;
 }
 
+/// VTK reads a file that is cut off as one without points, or says nothing of it.
+bool ends_with_vtk(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file ? std::streamoff(file.tellg()) : 0, length = std::min<std::streamoff>(size, 200);
+  std::string end(static_cast<std::size_t>(length), '\0');
+  file.seekg(size - length);
+  file.read(end.data(), length);
+  return end.find("</VTKFile>") != std::string::npos;
+}
+
 template <class Reader>
 ParticleFile read_vtk(const std::string& path) {
+  if (!ends_with_vtk(path)) unreadable_particles(path, "cannot be read: it is cut off, without </VTKFile> at its end");
   vtkNew<Reader> reader;
   if (!reader->CanReadFile(path.c_str())) unreadable_particles(path, "it is not a file of this kind");
   reader->SetFileName(path.c_str());

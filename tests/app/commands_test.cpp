@@ -150,6 +150,11 @@ TEST_F(Commands, BadCommandLinesAreRefusedInOneLine) {
   expect_refusal({"import"}, "FILE");
   expect_refusal({"import", "away.usdc"}, "away.usdc: no such file");
   expect_refusal({"import", "tiny.yaml", "--fps", "0"}, "--fps");
+  expect_refusal({"import", "tiny.yaml"},
+                 "tiny.yaml: cannot be imported; allowed: .usd, .usda, .usdc, .usdz, .fbx, .gltf, .glb, .abc, .blend, "
+                 ".xml, .json");
+  expect_refusal({"import", "."}, ".: it is a folder; allowed: .usd, ");
+  expect_refusal({"new", "shirt.obj", "--body-prim", "/World/figure"}, "--body-prim: applies only with --body FILE");
   expect_refusal({"compare"}, "SCENE");
   expect_refusal({"compare", "tiny.yaml", "--steps", "0"}, "--steps");
   expect_refusal({"compare", "tiny.yaml", "--tolerance-scale", "-1"}, "--tolerance-scale");

@@ -555,7 +555,21 @@ def check_import_refusals(folder, file):
     rejects("unknown mesh not a path", "import", file, "--prim", "not a path")
     rejects("/World/materials is not a mesh", "import", file, "--prim", "/World/materials")
     rejects("/World/surface has other faces at time code", "import", file, "--prim", "/World/surface")
-    rejects("is not a USD file", "import", folder / "scene.yaml")
+    (folder / "text.usda").write_text("drench: 1\n")
+    rejects("is not a USD file", "import", folder / "text.usda")
+    (folder / "holes.usda").write_text("""#usda 1.0
+def Mesh "sheet"
+{
+  int[] faceVertexCounts = [4, 4]
+  int[] faceVertexIndices = [0, 1, 4, 3, 1, 2, 5, 4]
+  int[] holeIndices = [0]
+  point3f[] points = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0)]
+  uniform token subdivisionScheme = "none"
+}
+""")
+    holes = drench("import", folder / "holes.usda", "-o", folder / "holes")
+    expect("4 points, 2 triangles of /sheet" in holes.stdout, holes.stdout)
+    expect("1 faces are holes" in holes.stderr and "no metersPerUnit" in holes.stderr, holes.stderr)
     rejects("tools/setup export", "import", file, env=environment(DRENCH_PYTHON=folder / "no_python"))
 
 

@@ -92,6 +92,18 @@ TEST_F(ParticleFiles, refuses_what_it_cannot_read) {
   other.replace(other.find("position"), 8, "distance");
   other.replace(other.rfind("position"), 8, "distance");
   refused("a.npz", other, "no array 'position'");
+  const std::string name = (folder_ / "a.").string();
+  refused("a.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n", "particle file '" + name + "ply': ");
+  const std::string vtu =
+      R"(<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian"><UnstructuredGrid>
+<Piece NumberOfPoints="1" NumberOfCells="0"><Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">
+1 2 3</DataArray></Points><Cells><DataArray type="Int64" Name="connectivity" format="ascii"/>
+<DataArray type="Int64" Name="offsets" format="ascii"/><DataArray type="UInt8" Name="types" format="ascii"/></Cells>
+</Piece></UnstructuredGrid></VTKFile>
+)";
+  EXPECT_EQ(read_particle_file(write("a.vtu", vtu)).position, (std::vector<Vec3>{{1, 2, 3}}));
+  for (const std::size_t length : {vtu.find("NumberOfPoints"), vtu.find("<Cells>"), vtu.size() - 12})
+    refused("a.vtu", vtu.substr(0, length), "particle file '" + name + "vtu': cannot be read: it is cut off");
 }
 
 /// Nothing that is cut off or changed is read as if it were whole, or beyond its end.

@@ -56,7 +56,10 @@ class MovingMesh:
                             np.float64).reshape(-1, 3)
         if len(corners) != self.faces[0].sum() or corners.min() < 0 or corners.max() >= len(points):
             fail(f"{file}: {mesh.GetPath()} has faces that name points it does not have")
-        triangles = triangulate(*self.faces, points)
+        self.holes = np.isin(np.arange(len(self.faces[0])), mesh.GetHoleIndicesAttr().Get() or [])
+        if self.holes.all():
+            fail(f"{file}: {mesh.GetPath()} has no faces but holes (holeIndices)")
+        triangles = triangulate(self.faces[0][~self.holes], corners[~np.repeat(self.holes, self.faces[0])], points)
         if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
             triangles = triangles[:, ::-1]
         self.used, renumbered = np.unique(triangles, return_inverse=True)
@@ -123,6 +126,11 @@ def import_mesh(options):
                       lambda code: f"time code {code:g}")
     if mesh.mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none:
         print("warning: the mesh is a cage to be subdivided; its own faces were written", file=sys.stderr)
+    if mesh.holes.any():
+        print(f"warning: {mesh.holes.sum()} faces are holes (holeIndices) and were left out", file=sys.stderr)
+    if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
+        print("warning: the file has no metersPerUnit: lengths were read in USD's default, 0.01 m; correct them with scale in the scene",
+              file=sys.stderr)
     if options.first:
         print("\n".join(files.names(fps)))
         return
