@@ -139,8 +139,14 @@ BakedLiquid::Frame BakedLiquid::particles_from(std::int64_t number) {
   return now;
 }
 
-void BakedLiquid::start(HostState& state) {
+void BakedLiquid::start(HostState& state, std::vector<std::string>& warnings) {
   const Frame now = particles_from(0);
+  if (source_.shape == BlockScene::Shape::particles) {
+    std::vector<StartParticle> particles;
+    for (std::size_t i = 0; i < now.position.size(); ++i)
+      particles.push_back({now.position[i], now.velocity[i], now.mass[i]});
+    warn_of_distances(model_, particles, block_label(0), false, warnings);
+  }
   std::int64_t next_id = 0;
   for (std::size_t i = 0; i < now.position.size(); ++i) {
     if (!in_domain(now.position[i])) continue;

@@ -2,6 +2,7 @@
 // Liquid that another program has simulated: its particles follow a sequence of files.
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "state/host_state.hpp"
@@ -22,8 +23,9 @@ class BakedLiquid {
   bool begins(double time) const;
   /// From `time` to the next file, s; infinite after the last.
   double time_left(double time) const;
-  /// The particles of the first file. SetupError: as replace(), and where it has some but none in the domain.
-  void start(HostState& state);
+  /// The particles of the first file, and warnings of them. SetupError: as replace(), and where it has some but none in
+  /// the domain.
+  void start(HostState& state, std::vector<std::string>& warnings);
   /// The particles of the file that begins at `time`. The mass budget goes on: what the file adds is supplied, what it
   /// no longer has is drained. SetupError: an unreadable file, a mesh that encloses no volume, particles heavier than
   /// two, ids that are missing, negative or not unique.

@@ -260,7 +260,7 @@ void init_fluid(Setup& setup, std::vector<SourceFile> files) {
   HostState& s = setup.state;
   s.jet_particles.assign(setup.model.jets.size(), 0);
   if (setup.model.has_baked_liquid()) {
-    BakedLiquid(setup.model).start(s);
+    BakedLiquid(setup.model).start(s, setup.warnings);
     setup.model.fastest_before = fastest_of(s.fluid_velocity);
     return;
   }

@@ -175,8 +175,10 @@ BlockParticles lay_blocks(Model& model, std::vector<SourceFile> files, std::vect
       closest = std::min(closest, lattice.narrowest());
       lattice.for_each([&](const Vec3& x, Quanta mass) { lay(x, blocks[b].velocity, mass); });
     } else {
-      for (const StartParticle& p : start_particles(model, blocks[b], std::move(files[b]), block_label(blocks[b], b)))
-        lay(p.position, p.velocity, p.mass);
+      const std::string label = block_label(blocks[b], b);
+      const auto particles = start_particles(model, blocks[b], std::move(files[b]), label);
+      if (blocks[b].shape == BlockScene::Shape::particles) warn_of_distances(model, particles, label, true, warnings);
+      for (const StartParticle& p : particles) lay(p.position, p.velocity, p.mass);
     }
     if (b + 1 == blocks.size()) break;
     for (std::size_t i = begin; i < positions.size(); ++i) placed.add(positions[i]);

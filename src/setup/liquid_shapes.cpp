@@ -245,6 +245,47 @@ double expected_particles(const BlockScene& block, const SourceFile& file, doubl
   return std::ceil(1.05 * volume_of(block, file) / std::pow(spacing, 3));
 }
 
+void warn_of_distances(const Model& model, const std::vector<StartParticle>& particles, const std::string& name,
+                       bool pushes, std::vector<std::string>& warnings) {
+  constexpr std::size_t looks = 2000;
+  constexpr double farthest = 2.5;  // spacings; beyond, a particle is a drop of its own
+  const double d = model.spacing, full = static_cast<double>(quanta_per_particle);
+  PointGrid grid(d);
+  for (const StartParticle& p : particles) grid.add(p.position);
+  std::vector<double> distance;  // over the edge of the particle's cube
+  std::size_t looked = 0, close = 0;
+  for (std::size_t i = 0; i < particles.size(); i += std::max<std::size_t>(1, particles.size() / looks)) {
+    const Vector3d x = to_eigen(particles[i].position);
+    double nearest = farthest * d;
+    for (const double reach : {d, farthest * d}) {
+      if (nearest < reach) break;
+      grid.for_box(to_vec3(x.array() - reach), to_vec3(x.array() + reach), [&](Index p) {
+        const auto k = static_cast<std::size_t>(p);
+        if (k != i) nearest = std::min(nearest, (to_eigen(particles[k].position) - x).norm());
+      });
+    }
+    ++looked;
+    const double edge = d * std::cbrt(static_cast<double>(particles[i].mass) / full);
+    if (nearest < 0.5 * edge) ++close;
+    if (nearest < farthest * d) distance.push_back(nearest / edge);
+  }
+  if (2 * distance.size() < looked || distance.empty()) return;  // drops
+  const auto middle = distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2);
+  std::nth_element(distance.begin(), middle, distance.end());
+  const double share = static_cast<double>(close) / static_cast<double>(looked), median = *middle;
+  // Particles at random have a median of 0.55; a lattice at half the spacing has 0.5.
+  if (median > 0 && (median < (pushes ? 0.7 : 0.52) || median > 1.5))
+    warnings.push_back(fmt::format(
+        "{}: the nearest particle is {:.2g} times as far away (median) as spacing {:g} m and the masses say, so the "
+        "liquid has {:.2g} times its density; set spacing to the distance in the file, or write masses",
+        name, median, d, std::pow(median, -3)));
+  else if (share > 0.05 && (pushes || median == 0))
+    warnings.push_back(fmt::format(
+        "{}: {:.0f} % of the particles are closer to another one than half of spacing {:g} m and {}; remove copies, or "
+        "use a smaller spacing",
+        name, 100 * share, d, pushes ? "burst apart at once" : "count twice"));
+}
+
 std::vector<StartParticle> start_particles(const Model& model, BlockScene& block, SourceFile file,
                                            const std::string& name) {
   return block.shape == Shape::particles ? placed(model, block, std::move(file.particles), name)

@@ -50,4 +50,9 @@ double expected_particles(const BlockScene& block, const SourceFile& file, doubl
 std::vector<StartParticle> start_particles(const Model& model, BlockScene& block, SourceFile file,
                                            const std::string& name);
 
+/// Adds a line where the particles of a file are much closer to each other, or farther, than `fluid.spacing` and their
+/// masses say. `pushes`: they push each other, unlike liquid of a sequence, whose particles may lie at random.
+void warn_of_distances(const Model& model, const std::vector<StartParticle>& particles, const std::string& name,
+                       bool pushes, std::vector<std::string>& warnings);
+
 }  // namespace drench

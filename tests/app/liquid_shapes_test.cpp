@@ -1,5 +1,6 @@
 // Liquid that is there at the start in other shapes than boxes.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -115,11 +116,53 @@ end_header
   EXPECT_NEAR(mass_of(setup), 0.012, 1e-8);
 }
 
+/// A cube of 8³ particles 0.02 m apart, each `copies` times; `spacing` of the scene.
+TEST_F(LiquidShapes, particles_of_another_spacing_are_warned_of) {
+  const auto warning = [&](double spacing, int copies, double mass, bool sequence) {
+    std::string text = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float "
+        "z\n{}end_header\n",
+        512 * copies, mass > 0 ? "property float mass\n" : "");
+    for (int k = 0; k < 512 * copies; ++k)
+      text += fmt::format("{} {} {} {}\n", 0.02 * (k % 8), 0.02 * (k / 8 % 8), 0.02 * (k / 64 % 8),
+                          mass > 0 ? fmt::format("{}", mass) : "");
+    const std::string file = write("cube.ply", text);
+    Scene scene = with_source(sequence ? "particles: {sequence: [" + file + ", " + file + "]}"
+                                       : "particles: {file: " + file + "}");
+    scene.fluid.spacing = spacing;
+    std::string found;
+    for (const std::string& line : build(scene).warnings)
+      if (line.find("spacing " + fmt::format("{:g}", spacing)) != std::string::npos) found = line;
+    return found;
+  };
+  for (const bool sequence : {false, true}) {
+    EXPECT_EQ(warning(0.02, 1, 0, sequence), "");
+    EXPECT_EQ(warning(0.04, 1, 0.008, sequence), "") << "an eighth of a full particle each";
+    EXPECT_EQ(warning(0.04, 1, 0, sequence),
+              "fluid: block 0: the nearest particle is 0.5 times as far away (median) as spacing 0.04 m and the masses "
+              "say, so the liquid has 8 times its density; set spacing to the distance in the file, or write masses");
+    EXPECT_NE(warning(0.01, 1, 0, sequence).find("is 2 times as far away"), std::string::npos);
+    EXPECT_NE(warning(0.02, 2, 0, sequence).find("100 % of the particles are closer to another one than half of"),
+              std::string::npos);
+  }
+}
+
 TEST_F(LiquidShapes, frames_of_a_run_start_another_one) {
   Simulation run(with_source("sphere: {center: [0, 0, 0], radius: 0.06}"));
   run.record((folder_ / "out").string());
   for (int k = 0; k < 5; ++k) run.step();
   run.end_record();
+  std::filesystem::create_directory(folder_ / "mine");
+  write("mine/note.txt", "");
+  for (const bool overwrite : {false, true}) {
+    try {
+      run.record((folder_ / "mine").string(), overwrite);
+      FAIL() << "written into a folder of something else";
+    } catch (const std::runtime_error& e) {  // a program has no options of a command
+      EXPECT_NE(std::string(e.what()).find("choose another folder"), std::string::npos) << e.what();
+      EXPECT_EQ(std::string(e.what()).find(" -"), std::string::npos) << e.what();
+    }
+  }
   const HostState before = run.state();
   std::string last;
   for (const auto& entry : std::filesystem::directory_iterator((folder_ / "out").string() + "/frames"))
