@@ -18,6 +18,7 @@
 #include "setup/forecast.hpp"
 #include "setup/membrane.hpp"
 #include "setup/point_grid.hpp"
+#include "setup/unreached.hpp"
 #include "stages/substeps.hpp"
 #include "state/nozzle.hpp"
 
@@ -136,30 +137,44 @@ std::vector<Vec3> feelers_of(const Body& body) {
   return corners;
 }
 
+/// m: how deep a dynamic body starts in another solid, and the normal there.
+std::pair<double, Vec3> depth_in(const Body& body, const Body& solid) {
+  std::pair<double, Vec3> deepest{0, {0, 0, 0}};
+  if (solid.kind == BodyScene::Kind::mesh && solid.field.empty()) return deepest;
+  for (const Vec3& x : feelers_of(body)) {
+    Vec3 normal;
+    const bool ball = body.kind == BodyScene::Kind::sphere;
+    const double inside = (ball ? body.radius : 0) - signed_distance(solid, x, normal);
+    if (inside > deepest.first) deepest = {inside, normal};
+  }
+  return deepest;
+}
+
 /// A floating body that starts in a solid is pushed out of it and lifted by the energy (J) that the message names.
 void warn_of_bodies_in_solids(const Model& m, Lines& lines) {
+  // Two dynamic bodies that a hinge joins do not touch each other.
+  const auto meet = [&](std::size_t b, std::size_t other) {
+    const auto one = static_cast<Index>(b), two = static_cast<Index>(other);
+    const Body &body = m.bodies[b], &solid = m.bodies[other];
+    return (to_eigen(body.center) - to_eigen(solid.center)).norm() < body.reach + solid.reach &&
+           std::none_of(m.joints.begin(), m.joints.end(), [&](const Joint& j) {
+             return (j.body == one && j.other == two) || (j.body == two && j.other == one);
+           });
+  };
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     const Body& body = m.bodies[b];
     if (!body.dynamic) continue;
-    const bool ball = body.kind == BodyScene::Kind::sphere;
     for (std::size_t other = 0; other < m.bodies.size(); ++other) {
       const Body& solid = m.bodies[other];
-      if (solid.dynamic || (solid.kind == BodyScene::Kind::mesh && solid.field.empty())) continue;
-      double depth = 0;
-      Vec3 deepest{0, 0, 0};  // the normal there
-      for (const Vec3& x : feelers_of(body)) {
-        Vec3 normal;
-        const double inside = (ball ? body.radius : 0) - signed_distance(solid, x, normal);
-        if (inside > depth) {
-          depth = inside;
-          deepest = normal;
-        }
-      }
+      if (solid.dynamic && (other <= b || !meet(b, other))) continue;
+      auto [depth, deepest] = depth_in(body, solid);
+      if (solid.dynamic) depth = std::max(depth, depth_in(solid, body).first);
       if (depth <= rounding_of(body)) continue;
-      lines.push_back(
-          fmt::format("{}: it starts {:.2g} m inside {}; pushing it out adds {:.2g} J; move one of them",
-                      body_label(body.name, b), depth, body_label(solid.name, other),
-                      std::max(0.0, -body.mass * depth * to_eigen(m.scene.gravity).dot(to_eigen(deepest)))));
+      const double energy = std::max(0.0, -body.mass * depth * to_eigen(m.scene.gravity).dot(to_eigen(deepest)));
+      lines.push_back(fmt::format(
+          "{}: it starts {:.2g} m inside {}; {}; move one of them", body_label(body.name, b), depth,
+          body_label(solid.name, other),
+          solid.dynamic ? "they are pushed apart at once" : fmt::format("pushing it out adds {:.2g} J", energy)));
     }
   }
 }
@@ -284,7 +299,7 @@ void warn_of_jets(const Model& m, const HostState& state, Lines& lines) {
       if (outside == 0) continue;
       lines.push_back(fmt::format(
           "{}: {} of the {} points of its mouth are outside the domain {}and drained at "
-          "once; make domain larger or move the jet",
+          "once; make the domain larger or move the emitter",
           jet_label(m, j), outside, mouth.size(), time > jet.scene.start ? fmt::format("at {:.3g} s ", time) : ""));
       break;
     }
@@ -410,6 +425,7 @@ std::vector<std::string> plan_warnings(const Model& model, const HostState& stat
     if (model.has_moving_liquid()) warn_of_coarse_bodies(model, lines);
     warn_of_cloth_meshes(model, lines);
     warn_of_jets(model, state, lines);
+    warn_of_unreached(model, lines);
   }
   warn_of_units(model, lines);
   warn_of_bodies_in_solids(model, lines);

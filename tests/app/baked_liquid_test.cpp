@@ -239,7 +239,7 @@ TEST_F(BakedLiquidFiles, name_a_broken_file_and_their_key) {
   write_text(folder_.path() / "scene.yaml", scene());
   const Outcome o = run_drench(folder_.path(), {"run", "scene.yaml", "--quiet"});
   EXPECT_EQ(o.code, 2);
-  EXPECT_EQ(o.err.find("scene.yaml:6:31: fluid.sources.0.particles.sequence: particle file '"), 0U) << o.err;
+  EXPECT_EQ(o.err.find("scene.yaml:7:29: fluid.sources.0.particles.sequence: particle file '"), 0U) << o.err;
   EXPECT_NE(o.err.find("liquid_3.ply': numbers of particle 0 are not finite"), std::string::npos) << o.err;
   const char* open_box = "v 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0 0 0.2\nf 1 2 3\nf 1 2 4\n";
   const char* tetrahedron = "v 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0 0 0.2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -251,7 +251,7 @@ TEST_F(BakedLiquidFiles, name_a_broken_file_and_their_key) {
   write_text(folder_.path() / "scene.yaml", text);
   const Outcome other = run_drench(folder_.path(), {"run", "scene.yaml", "--quiet", "-o", "other"});
   EXPECT_EQ(other.code, 2);
-  EXPECT_EQ(other.err.find("scene.yaml:6:26: fluid.sources.0.mesh.sequence: "), 0U) << other.err;
+  EXPECT_EQ(other.err.find("scene.yaml:7:24: fluid.sources.0.mesh.sequence: "), 0U) << other.err;
   EXPECT_NE(other.err.find("s_1.obj"), std::string::npos) << other.err;
 }
 

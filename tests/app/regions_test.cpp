@@ -231,6 +231,14 @@ TEST(Regions, APaintedOneBlendsByItsAttribute) {
             .find(fmt::format("cloth.0.regions.0.{}: differs in kind from that of the cloth", key)),
         std::string::npos)
         << keys;
+  const std::string painted =
+      painted_cloth(folder, "    pin: [{edges: true}]\n    regions: [{attribute: wax, friction: 1}]\n");
+  EXPECT_EQ(build(parsed(painted)).warnings, std::vector<std::string>());
+  std::string text = test::read_text(folder.path() / "strip.ply");
+  test::write_text(folder.path() / "strip.ply", text.replace(text.find(" 1 255\n"), 7, " 50 255\n"));
+  const std::vector<std::string> lines = build(parsed(painted)).warnings;
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_NE(lines[0].find("the attribute 'wax' of 1 points is not 0 to 1"), std::string::npos) << lines[0];
   EXPECT_EQ(refusal(painted_cloth(folder, "    regions: [{attribute: wex, friction: 1}]\n")),
             "cloth.0.regions.0.attribute: cloth 'strip': region wex (painted): the vertices of its mesh have no "
             "attribute 'wex'; allowed: the name of one of their numbers, which lie between 0 and 1");

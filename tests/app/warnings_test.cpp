@@ -112,6 +112,20 @@ TEST(Warnings, NameEachMistakeOnce) {
       {{"cloth.0.porous.diffusivity=1", "cloth.0.mesh.grid.nodes=[41, 41]"},
        "sub-steps per step; for 50 use a diffusivity of"},
       {{"fluid.viscosity=100"}, "fluid: viscosity needs about"},
+      {{"fluid.drains=[{box: {min: [-0.1, -0.1, -0.1], max: [0.1, -0.095, 0.1]}}]"},
+       "fluid.drains.0: it is 0.005 m thick, less than a particle, 0.02 m"},
+      {{"fluid.drains=[{sphere: {center: [0, 0.3, 0], radius: 0.009}}]"}, "fluid.drains.0: it is 0.018 m thick"},
+      {{"fluid.drains=[{box: {min: [0.6, 0, 0], max: [0.8, 1, 1]}}]"}, "fluid.drains.0: it is outside the domain"},
+      {{"fluid.drains=[{sphere: {center: [0, 1.2, 0], radius: 0.1}}]"}, "fluid.drains.0: it is outside the domain"},
+      {{"fluid.drains=[{plane: {point: [0, -0.3, 0], normal: [0, 1, 0]}}]"},
+       "fluid.drains.0: it is outside the domain"},
+      {{"output.probes=[{name: H1, point: {position: [0, 2, 0]}}]"}, "probe 'H1': it is outside the domain"},
+      {{"output.probes=[{name: H2, line: {from: [1, 0, 0], to: [1, 1, 0]}}]"}, "probe 'H2': it is outside the domain"},
+      {{"output.probes=[{name: Q, disc: {center: [0, 2, 0], normal: [0, 1, 0], radius: 0.1}}]"},
+       "probe 'Q': it is outside the domain"},
+      {{"bodies.0={sphere: {center: [0.2, 0.3, 0], radius: 0.06, dynamic: true, density: 300}}",
+        "bodies.1={box: {min: [0.2, 0.29, -0.1], max: [0.35, 0.4, 0.1], dynamic: true, density: 300}}"},
+       "bodies.0: it starts 0.06 m inside bodies.1; they are pushed apart at once; move one of them"},
   };
   for (const Mistake& m : mistakes) {
     SCOPED_TRACE(m.overrides[0]);
@@ -122,6 +136,16 @@ TEST(Warnings, NameEachMistakeOnce) {
 TEST(Warnings, AreWithheldWhereTheSameIsNoMistake) {
   EXPECT_EQ(warnings_of(sound, {"time.step=0.02", "time.mode=cfl"}), Lines());
   EXPECT_EQ(warnings_of(sound, {"fluid.wall_pressure=mirrored"}), Lines());
+  EXPECT_EQ(warnings_of(sound, {"fluid.drains=[{plane: {point: [0, -0.15, 0], normal: [0, 1, 0]}}, {sphere: {center: "
+                                "[0, 1.2, 0], radius: 0.3}}]",
+                                "output.probes=[{name: H, line: {from: [0, -0.5, 0], to: [0, 2, 0]}}]"}),
+            Lines());
+  EXPECT_EQ(warnings_of(sound, {"bodies.1={name: b, sphere: {center: [0.2, 0.3, 0], radius: 0.06, dynamic: true, "
+                                "density: 300}}",
+                                "bodies.0={name: a, sphere: {center: [0.2, 0.4, 0], radius: 0.06, dynamic: true, "
+                                "density: 300}}",
+                                "joints=[{hinge: {body: a, to: b, point: [0.2, 0.35, 0], axis: [1, 0, 0]}}]"}),
+            Lines());
   EXPECT_EQ(warnings_of(sound, {"cloth.0.hold_saturation=[{box: {min: [-1, 0, -1], max: [0, 1, 1]}, value: 1}]",
                                 "processes={emission: off}"}),
             Lines());
