@@ -317,6 +317,10 @@ TEST_F(BodyMeshes, AWallBetweenTwoRoomsIsNoHole) {
     const drench::Setup setup = set_up(write("rooms.obj", points + left + walls + right), true);
     EXPECT_FALSE(warns_of(setup, "hole")) << ::testing::PrintToString(setup.warnings);
     EXPECT_TRUE(warns_of(setup, "more than two triangles share"));
+    const drench::Setup liquid = built(
+        "drench: 1\nfluid: {spacing: 0.1, sources: [{mesh: {file: rooms.obj}}]}\ndomain: {min: [-3, -3, -3], max: "
+        "[3, 3, 3]}\n");
+    EXPECT_TRUE(warns_of(liquid, "the volume that its outer surface encloses is filled"));
     Vec3 normal;
     EXPECT_LT(signed_distance(setup.model.bodies[0], {0.5, 0.5, 0.5}, normal), -0.35);
     EXPECT_LT(signed_distance(setup.model.bodies[0], {1.5, 0.5, 0.5}, normal), -0.35);

@@ -84,6 +84,7 @@ class Messages(unittest.TestCase):
                 ("x.yaml:4:33: fluid.sources: fluid: jet 0: the radius is small", "'Tap': the radius is small"),
                 ("x.yaml: fluid.sources: fluid: mesh_jet 0: its faces are small", "'Rose': its faces are small"),
                 ("warning: fluid: blocks 0, 1 overlap", "warning: fluid: 'Bath' overlap"),
+                ("x.yaml: fluid.sources: fluid: mesh source 1 is thinner", "'Bath' is thinner"),
                 ("drench: bodies.7: x", "bodies.7: x"), ("warning: cloth 'Towel': x", "warning: cloth 'Towel': x")):
             self.assertEqual(problem.with_names(line, self.names), wanted)
 
