@@ -145,7 +145,7 @@ void BakedLiquid::start(HostState& state, std::vector<std::string>& warnings) {
     std::vector<StartParticle> particles;
     for (std::size_t i = 0; i < now.position.size(); ++i)
       particles.push_back({now.position[i], now.velocity[i], now.mass[i]});
-    warn_of_distances(model_, particles, block_label(0), false, warnings);
+    warn_of_distances(model_, particles, block_label(source_, 0), false, warnings);
   }
   std::int64_t next_id = 0;
   for (std::size_t i = 0; i < now.position.size(); ++i) {

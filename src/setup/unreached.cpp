@@ -20,8 +20,8 @@ bool is_outside(const DrainScene& drain, const Eigen::AlignedBox3d& domain) {
   if (drain.shape == Shape::sphere) return domain.exteriorDistance(to_eigen(drain.center)) > drain.radius;
   double lowest = std::numeric_limits<double>::infinity();  // of the domain's corners, along the normal
   for (int c = 0; c < 8; ++c)
-    lowest = std::min(lowest, to_eigen(drain.normal).dot(domain.corner(Eigen::AlignedBox3d::CornerType(c)) -
-                                                        to_eigen(drain.point)));
+    lowest = std::min(
+        lowest, to_eigen(drain.normal).dot(domain.corner(Eigen::AlignedBox3d::CornerType(c)) - to_eigen(drain.point)));
   return lowest >= 0;
 }
 
@@ -49,14 +49,15 @@ void warn_of_unreached(const Model& m, std::vector<std::string>& lines) {
     if (is_outside(drains[k], domain))
       lines.push_back(fmt::format("fluid.drains.{}: it is outside the domain, where there is no liquid; move it", k));
     else if (const double thickness = thickness_of(drains[k]); thickness < m.spacing)
-      lines.push_back(
-          fmt::format("fluid.drains.{}: it is {:.3g} m thick, less than a particle, {:.3g} m, which can pass through it "
-                      "within a step; make it {:.2g} m thick",
-                      k, thickness, m.spacing, 2 * m.spacing));
+      lines.push_back(fmt::format(
+          "fluid.drains.{}: it is {:.3g} m thick, less than a particle, {:.3g} m, which can pass through it "
+          "within a step; make it {:.2g} m thick",
+          k, thickness, m.spacing, 2 * m.spacing));
   }
   for (const ProbeScene& probe : m.scene.output.probes)
     if (probe.kind != Kind::body && probe.kind != Kind::cloth && is_outside(probe, domain))
-      lines.push_back(fmt::format("probe '{}': it is outside the domain, where there is no liquid; move it", probe.name));
+      lines.push_back(
+          fmt::format("probe '{}': it is outside the domain, where there is no liquid; move it", probe.name));
 }
 
 }  // namespace drench
