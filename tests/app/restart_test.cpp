@@ -206,7 +206,7 @@ TEST_F(Restart, OtherRunsAreRefusedWithTheDifference) {
   expect_refusal(resumed({"--set", "fluid.sources.1.block.min=[3, 2.98, 3]"}),
                  "fluid.sources.1.block.min was [3, 3, 3], is [3, 2.98, 3]");
   expect_refusal(resumed({"--set", "bodies=[{sphere: {center: [1, 1, 1], radius: 0.1}}]"}),
-                 "bodies.0.sphere.center was not there, is");
+                 "bodies.0.sphere.center was not given and is");
   expect_refusal(resumed({"--set", "output.measures=false"}), "output.measures was true, is false");
   expect_refusal(resumed({"--backend", "reference"}), "o/checkpoint_");
   expect_refusal(run("liquid", {"--resume", "o"}), "is of another scene: ");
