@@ -276,7 +276,7 @@ void warn_of_distances(const Model& model, const std::vector<StartParticle>& par
   // Particles at random have a median of 0.55; a lattice at half the spacing has 0.5.
   if (median > 0 && (median < (pushes ? 0.7 : 0.52) || median > 1.5))
     warnings.push_back(fmt::format(
-        "{}: the nearest particle is {:.2g} times as far away (median) as spacing {:g} m and the masses say, so the "
+        "{}: its particles are {:.2g} times as far apart (median) as spacing {:g} m and their masses require, so the "
         "liquid has {:.2g} times its density; set spacing to the distance in the file, or write masses",
         name, median, d, std::pow(median, -3)));
   else if (share > 0.05 && (pushes || median == 0))

@@ -138,10 +138,12 @@ TEST_F(LiquidShapes, particles_of_another_spacing_are_warned_of) {
   for (const bool sequence : {false, true}) {
     EXPECT_EQ(warning(0.02, 1, 0, sequence), "");
     EXPECT_EQ(warning(0.04, 1, 0.008, sequence), "") << "an eighth of a full particle each";
-    EXPECT_EQ(warning(0.04, 1, 0, sequence),
-              "fluid: block 0: the nearest particle is 0.5 times as far away (median) as spacing 0.04 m and the masses "
-              "say, so the liquid has 8 times its density; set spacing to the distance in the file, or write masses");
-    EXPECT_NE(warning(0.01, 1, 0, sequence).find("is 2 times as far away"), std::string::npos);
+    EXPECT_EQ(
+        warning(0.04, 1, 0, sequence),
+        "fluid: particle source 0: its particles are 0.5 times as far apart (median) as spacing 0.04 m and their "
+        "masses require, so the liquid has 8 times its density; set spacing to the distance in the file, or write "
+        "masses");
+    EXPECT_NE(warning(0.01, 1, 0, sequence).find("are 2 times as far apart"), std::string::npos);
     EXPECT_NE(warning(0.02, 2, 0, sequence).find("100 % of the particles are closer to another one than half of"),
               std::string::npos);
   }
