@@ -220,6 +220,29 @@ BlockParticles outside_solids(const Model& model, const BlockParticles& all, std
   return kept;
 }
 
+/// Of shapes that have exact distances. A source that ends at a wall leaves half a spacing.
+void warn_of_particles_at_walls(const Model& model, const BlockParticles& laid, std::vector<std::string>& warnings) {
+  constexpr double nearest = 0.4, many = 0.02;  // spacings; of all particles
+  std::set<std::size_t> pressed, walls;
+  std::size_t count = 0;
+  Vec3 normal;
+  for (std::size_t i = 0; i < laid.position.size(); ++i)
+    for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+      const Body& body = model.bodies[b];
+      if (body.kind == BodyScene::Kind::mesh) continue;
+      if (!(signed_distance(body, laid.position[i], normal) < nearest * model.spacing)) continue;
+      pressed.insert(laid.block[i]);
+      walls.insert(b);
+      ++count;
+      break;
+    }
+  if (static_cast<double>(count) > many * static_cast<double>(laid.position.size()))
+    warnings.push_back(
+        fmt::format("fluid: {} of the blocks' particles start closer than {} spacings to a wall ({} at {}): the liquid "
+                    "is compressed there and bursts; end the block at the wall, or half a spacing from it",
+                    count, nearest, block_names(pressed), body_labels(model.bodies, walls)));
+}
+
 void warn_of_particles_at_cloth(const Model& model, const BlockParticles& laid, std::vector<std::string>& warnings) {
   const double d = model.spacing;
   const auto near = near_cloth(model, laid.position, nearest_to_cloth * d);
@@ -237,7 +260,9 @@ void warn_of_particles_at_cloth(const Model& model, const BlockParticles& laid, 
 
 BlockParticles fill_blocks(Model& model, std::vector<SourceFile> files, std::vector<std::string>& warnings) {
   check_lattices(model, warnings);
-  BlockParticles laid = outside_solids(model, lay_blocks(model, std::move(files), warnings), warnings);
+  const BlockParticles all = lay_blocks(model, std::move(files), warnings);
+  BlockParticles laid = outside_solids(model, all, warnings);
+  if (laid.position.size() == all.position.size()) warn_of_particles_at_walls(model, laid, warnings);
   warn_of_particles_at_cloth(model, laid, warnings);
   return laid;
 }

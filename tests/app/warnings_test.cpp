@@ -76,6 +76,8 @@ TEST(Warnings, NameEachMistakeOnce) {
       {{"fluid.sources=[{block: {min: [-0.1, 0.4, -0.1], max: [0.1, 0.5, 0.1]}},"
         " {block: {min: [0.01, 0.41, -0.09], max: [0.09, 0.49, 0.09]}}]"},
        "144 particles start closer than 0.9 spacings to an earlier block's (block 1)"},
+      {{"bodies.1={box: {min: [-0.145, 0.38, -0.2], max: [-0.095, 0.6, 0.2]}}"},
+       "50 of the blocks' particles start closer than 0.4 spacings to a wall (block 0 at bodies.1)"},
       {{"bodies.1={box: {min: [-0.5, -0.11, -0.5], max: [0.5, -0.1, 0.5]}}"},
        "bodies.1: its thickness 0.01 m is 0.5 spacings"},
       {{"bodies.1={box: {min: [-0.5, -0.2, -0.5], max: [0.5, 0.99, 0.5], inside: true}}",
