@@ -131,6 +131,9 @@ FieldTolerances::Allowed FieldTolerances::contact_force(const FieldDifference& d
 FieldTolerances::Allowed FieldTolerances::pin_force(const FieldDifference& d) const {
   const ClothMesh& mesh = model_.mesh;
   if (stage_ == Stage::pressure) return {d.largest, roundings_of_springs()};
+  if (stage_ == Stage::absorption || stage_ == Stage::emission)  // the momentum of the liquid that `mass` allows
+    return {d.largest,
+            mass_slack * model_.quantum * std::max(largest("fluid_velocity"), largest("node_velocity")) / dt_};
   if (!moves_cloth() || mesh.edge_stiffness.empty()) return {d.largest};
   // a sum of spring forces k |x| that cancel
   double stiffest = *std::max_element(mesh.edge_stiffness.begin(), mesh.edge_stiffness.end());
