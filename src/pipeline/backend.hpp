@@ -27,7 +27,9 @@ struct StepInfo {
   double dt = 0;                                                       // s
   double fluid_speed_limit = std::numeric_limits<double>::infinity();  // m/s (failure.hpp)
   double divergence_start = 0, density_start = 0;                      // StepReport's, of the step before
-  double correction_share = 1;  // 1: of what a step corrects of a density error (docs/theory/liquid.md, Eq. 24)
+  /// s of docs/theory/liquid.md, Eq. 24: the share, less than 1 in a step that is cut short, of what a step corrects of
+  /// density errors, of gaps between layers and of overlaps of bodies.
+  double correction_share = 1;
 };
 
 /// A backend owns a copy of the state. Calls come from one thread at a time, while other threads may use other

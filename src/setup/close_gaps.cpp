@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "base/eigen_vec.hpp"
+#include "base/sets.hpp"
 #include "setup/mesh_joins.hpp"
 #include "setup/point_grid.hpp"
 
@@ -93,17 +94,14 @@ class GapClosing {
       });
     std::sort(pairs.begin(), pairs.end());
     std::vector<Index>& place = closed_.place;
-    const auto root = [&](Index p) {
-      while (place[at(p)] != p) p = place[at(p)];
-      return p;
-    };
+    Sets joined(place.size());
+    for (std::size_t p = 0; p < place.size(); ++p) joined.unite(static_cast<Index>(p), place[p]);
     for (const auto& [apart, p, q] : pairs) {
-      const Index a = root(p), b = root(q);
-      if (a == b) continue;
-      place[at(std::max(a, b))] = std::min(a, b);
+      if (joined.root(p) == joined.root(q)) continue;
+      joined.unite(p, q);
       add(apart);
     }
-    for (Index& p : place) p = root(p);
+    for (Index& p : place) p = joined.root(p);
     std::erase_if(closed_.triangles, [&](const auto& t) {
       return place[at(t[0])] == place[at(t[1])] || place[at(t[1])] == place[at(t[2])] ||
              place[at(t[2])] == place[at(t[0])];

@@ -17,7 +17,7 @@ struct EmittingFaces {
   Vec3 center{0, 0, 0};                       // m: of the first file's bounding box
   std::vector<std::vector<Vec3>> points;      // m
   std::vector<std::vector<Vec3>> directions;  // unit: the faces' normals; empty if the scene gives the direction
-  std::vector<Key<double>> area;  // m²: all that emits, linear between keys to 1e-5 of the largest; their time in files
+  std::vector<Key<double>> area;  // m²: all that emits, linear between keys to 1e-5 of the largest; times in files
   // of a sequence: running sums over the points of what each emits, over what it does where the mesh emits the most
   std::vector<std::vector<double>> flow;
   double fastest = 0;  // m/s: of the points from file to file

@@ -56,14 +56,7 @@ Body closed_mesh(const std::string& scene_path, const PlacedFile& placed, const 
 }
 
 double volume_of(const Body& mesh) {
-  double six = 0;
-  const Vector3d middle = to_eigen(mesh.mesh_points.front());  // near the mesh, so that little cancels
-  for (const auto& t : mesh.mesh_triangles) {
-    std::array<Vector3d, 3> x;
-    for (std::size_t c = 0; c < 3; ++c) x[c] = to_eigen(mesh.mesh_points[static_cast<std::size_t>(t[c])]) - middle;
-    six += x[0].dot(x[1].cross(x[2]));
-  }
-  return six / 6 - overlap_of(mesh.mesh_points, mesh.mesh_triangles);
+  return moments_of(mesh.mesh_points, mesh.mesh_triangles, mesh.mesh_points.front()).volume;
 }
 
 double volume_of(const BlockScene& block, const SourceFile& file) {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "base/eigen_vec.hpp"
+#include "base/sets.hpp"
 #include "setup/surface_distance.hpp"
 
 namespace drench {
@@ -24,17 +24,12 @@ struct Sums {
 
 /// Boxes around the parts of a mesh that have no point in common.
 std::vector<Eigen::AlignedBox3d> boxes_of_parts(const std::vector<Vec3>& points, const Triangles& triangles) {
-  std::vector<Index> parent(points.size());
-  std::iota(parent.begin(), parent.end(), Index{0});
-  const auto root = [&](Index i) {
-    while (parent[at(i)] != i) i = parent[at(i)] = parent[at(parent[at(i)])];
-    return i;
-  };
+  Sets joined(points.size());
   for (const auto& t : triangles)
-    for (const Index i : t) parent[at(root(i))] = root(t[0]);
+    for (const Index i : t) joined.unite(i, t[0]);
   std::map<Index, Eigen::AlignedBox3d> boxes;
   for (const auto& t : triangles)
-    for (const Index i : t) boxes[root(i)].extend(to_eigen(points[at(i)]));
+    for (const Index i : t) boxes[joined.root(i)].extend(to_eigen(points[at(i)]));
   std::vector<Eigen::AlignedBox3d> list;
   for (const auto& [first, box] : boxes) list.push_back(box);
   return list;
@@ -116,10 +111,6 @@ MeshMoments moments_of(const std::vector<Vec3>& points, const Triangles& triangl
   sum.second -= sum.volume * middle * middle.transpose();
   sum.center = origin + middle;
   return sum;
-}
-
-double overlap_of(const std::vector<Vec3>& points, const Triangles& triangles) {
-  return overlap(points, triangles, Vector3d::Zero()).volume;
 }
 
 }  // namespace drench

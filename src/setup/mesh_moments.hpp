@@ -22,7 +22,4 @@ struct MeshMoments {
 MeshMoments moments_of(const std::vector<Vec3>& points, const std::vector<std::array<Index, 3>>& triangles,
                        const Vec3& origin);
 
-/// How much the volume under the triangles exceeds that of what is inside, m³.
-double overlap_of(const std::vector<Vec3>& points, const std::vector<std::array<Index, 3>>& triangles);
-
 }  // namespace drench

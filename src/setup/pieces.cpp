@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "base/sets.hpp"
 #include "setup/cloth_mesh.hpp"
 #include "setup/forecast.hpp"
 
@@ -17,24 +18,15 @@ constexpr std::size_t most_listed = 12;  // pieces of a cloth
 
 /// The lowest node of each node's piece.
 std::vector<Index> connected(const ClothMesh& mesh) {
-  std::vector<Index> parent(mesh.rest_position.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](Index n) {
-    while (parent[at(n)] != n) n = parent[at(n)] = parent[at(parent[at(n)])];
-    return n;
-  };
-  const auto join = [&](Index a, Index b) {
-    a = root(a);
-    b = root(b);
-    parent[at(std::max(a, b))] = std::min(a, b);
-  };
+  Sets joined(mesh.rest_position.size());
   for (const auto& t : mesh.triangle) {
-    join(t[0], t[1]);
-    join(t[0], t[2]);
+    joined.unite(t[0], t[1]);
+    joined.unite(t[0], t[2]);
   }
-  for (const auto& [a, b] : mesh.stitch) join(a, b);
-  for (std::size_t n = 0; n < parent.size(); ++n) parent[n] = root(static_cast<Index>(n));
-  return parent;
+  for (const auto& [a, b] : mesh.stitch) joined.unite(a, b);
+  std::vector<Index> lowest;
+  for (std::size_t n = 0; n < mesh.rest_position.size(); ++n) lowest.push_back(joined.root(static_cast<Index>(n)));
+  return lowest;
 }
 
 }  // namespace

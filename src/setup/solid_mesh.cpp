@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/eigen_vec.hpp"
+#include "base/sets.hpp"
 #include "setup/close_gaps.hpp"
 #include "setup/mesh_joins.hpp"
 #include "setup/triangulation.hpp"
@@ -19,24 +20,6 @@ using Eigen::Vector3d;
 using Triangles = std::vector<std::array<Index, 3>>;
 
 constexpr double of_a_sheet = 0.75;  // area of its covers over its own, at least
-
-/// Sets of numbers that are united step by step; each is named by its lowest.
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
-  Index root(Index i) {
-    while (parent_[at(i)] != i) i = parent_[at(i)] = parent_[at(parent_[at(i)])];
-    return i;
-  }
-  void unite(Index a, Index b) {
-    a = root(a);
-    b = root(b);
-    parent_[at(std::max(a, b))] = std::min(a, b);
-  }
-
- private:
-  std::vector<Index> parent_;
-};
 
 /// Without triangles whose three corners are those of an earlier one, whichever way they are turned: sides of a surface
 /// that a file has twice. `name` gives the number of a corner.

@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <map>
 #include <numbers>
-#include <numeric>
 
 #include "base/eigen_vec.hpp"
+#include "base/sets.hpp"
 #include "setup/distance_field.hpp"
 
 namespace drench {
@@ -176,16 +176,11 @@ bool surrounds(const Garment& garment, const std::vector<Vec3>& body) {
 }
 
 std::size_t pieces_beside(const Garment& garment, const std::vector<Vec3>& body) {
-  std::vector<Index> piece(garment.mesh.points.size());
-  std::iota(piece.begin(), piece.end(), Index{0});
-  const auto root = [&](Index n) {
-    while (piece[at(n)] != n) n = piece[at(n)] = piece[at(piece[at(n)])];
-    return n;
-  };
+  Sets joined(garment.mesh.points.size());
   for (const auto& t : garment.mesh.triangles)
-    for (const Index n : t) piece[at(root(n))] = root(t[0]);
+    for (const Index n : t) joined.unite(n, t[0]);
   std::map<Index, std::vector<std::array<Index, 3>>> pieces;
-  for (const auto& t : garment.mesh.triangles) pieces[root(t[0])].push_back(t);
+  for (const auto& t : garment.mesh.triangles) pieces[joined.root(t[0])].push_back(t);
   if (pieces.size() == 1) return 0;
   Garment alone = garment;
   for (auto& [first, triangles] : pieces) {

@@ -8,8 +8,8 @@
 // Reads:  fluid_position (m), fluid_velocity (m/s), fluid_mass (quanta), fluid_age (s), fluid_origin, fluid_id,
 //         node_position (m), node_velocity (m/s), node_contact_force (N), node_liquid (quanta), time (s),
 //         lists fluid→fluid and fluid→sample.
-// Writes: fluid_* (positions, velocities, ages; removed particles), node_position, node_velocity, node_pin_force (N), drained
-//         (quanta);
+// Writes: fluid_* (positions, velocities, ages; removed particles), node_position, node_velocity,
+//         node_pin_force (N), drained (quanta);
 //         StepReport::collisions, clamped, tunnelled, lowest_tunnelled, escaped, escaped_speed (m/s).
 // Exact:  momentum for nodes is a 64-bit sum in units of q · 2^-8 m/s, applied once: v_n += p_n u_n.
 // Solute: goes along with its liquid (docs/theory/solute.md): fluid_solute; solute_drained, solute_deposited (quanta).

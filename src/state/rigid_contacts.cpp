@@ -21,6 +21,7 @@ using Eigen::Vector3d;
 // dynamic body, masses by the least.
 constexpr double grip = 0.02;      // of that reach: overlaps up to this press, deeper ones are removed without force
 constexpr double margin = 1e-3;    // of that reach: how far surfaces stay apart
+constexpr double removed = 0.2;    // of an overlap, per step
 constexpr int iterations = 50;     // without the last step's impulses, which a checkpoint would have to keep
 constexpr int most_corners = 256;  // of a hull whose faces are clipped against others
 constexpr double convex_excess = 0.01;  // of the volume, between a mesh and its hull
@@ -100,7 +101,7 @@ struct RigidContacts::World {
   }
 
   std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt, double end, double share) {
-    world_.getSolverInfo().m_erp = world_.getSolverInfo().m_erp2 = 0.2 * share;
+    world_.getSolverInfo().m_erp = world_.getSolverInfo().m_erp2 = removed * share;
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (bodies_[b]) place(b, motion[b], dt);
     for (Hinge& h : hinges_) fasten(h, dt, end);

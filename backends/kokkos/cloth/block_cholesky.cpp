@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/host_parallel.hpp"
 #include "host/isa.hpp"
@@ -28,13 +29,13 @@ BlockCholesky::BlockCholesky(const NodeGraph& near) {
 
 /// Sets the order, and says which rows of L a column has.
 NodeGraph BlockCholesky::eliminate(const NodeGraph& near) {
-  parts_ = dissect(near);
-  place_ = parts_.place;
+  dissection_ = dissect(near);
+  place_ = std::move(dissection_.place);
   const std::vector<Index> last = postorder(elimination_tree(reordered(near, place_)));
   part_.resize(place_.size());
   for (std::size_t i = 0; i < place_.size(); ++i) {
     place_[i] = last[at(place_[i])];
-    part_[at(place_[i])] = parts_.part[i];
+    part_[at(place_[i])] = dissection_.part[i];
   }
   const NodeGraph ordered = reordered(near, place_);
   NodeGraph below(near.size()), children(near.size());
@@ -97,7 +98,7 @@ void BlockCholesky::make_room() {
   const Panel& last = panels_.back();
   values_.resize(last.at + at(last.columns()) * at(last.stride));
   inverse_.resize(last.inverse_at + at(last.columns()) * at(last.top));
-  lost_.resize(3 * separators_.size() * at(parts_.parts()));
+  lost_.resize(3 * separators_.size() * at(dissection_.parts()));
 }
 
 void BlockCholesky::add_panels(Index first, Index last, const std::vector<Index>& rows) {
@@ -121,7 +122,7 @@ void BlockCholesky::add_panels(Index first, Index last, const std::vector<Index>
 }
 
 void BlockCholesky::make_updates() {
-  panels_of_.resize(at(parts_.parts()));
+  panels_of_.resize(at(dissection_.parts()));
   updates_of_.resize(panels_.size());
   for (Panel& p : panels_) {
     panels_of_[at(p.part)].push_back(static_cast<Index>(&p - panels_.data()));
@@ -144,9 +145,12 @@ void BlockCholesky::make_updates() {
 
 void BlockCholesky::list_separators() {
   number_.assign(place_.size(), -1);
-  below_.resize(at(parts_.parts()));
-  first_separator_.assign(at(parts_.parts()) + 1, 0);
-  for (Index p = parts_.first_part(1); p < parts_.parts(); ++p) {
+  below_.resize(at(dissection_.parts()));
+  first_separator_.assign(at(dissection_.parts()) + 1, 0);
+  panels_on_.resize(at(dissection_.levels) + 1);
+  for (Index p = dissection_.first_part(1); p < dissection_.parts(); ++p) {
+    std::vector<Index>& on_level = panels_on_[at(dissection_.level_of(p))];
+    on_level.insert(on_level.end(), panels_of_[at(p)].begin(), panels_of_[at(p)].end());
     for (const Index k : panels_of_[at(p)])
       for (Index j = panels_[at(k)].first; j < panels_[at(k)].first + panels_[at(k)].nodes; ++j) {
         number_[at(j)] = static_cast<Index>(separators_.size());
@@ -154,7 +158,7 @@ void BlockCholesky::list_separators() {
       }
     first_separator_[at(p) + 1] = static_cast<Index>(separators_.size());
     for (Index below = 0; below < p; ++below)
-      if (parts_.is_below(below, p)) below_[at(p)].push_back(below);
+      if (dissection_.is_below(below, p)) below_[at(p)].push_back(below);
   }
 }
 
@@ -214,17 +218,15 @@ void BlockCholesky::clear() {
 }
 
 void BlockCholesky::factor() {
-  host_parallel("drench::cloth::factor_leaves", parts_.first_part(1), [this](const Index p) { factor_part(p); });
-  std::vector<Index> panels;
-  for (Index level = 1; level <= parts_.levels; ++level) {
-    const Index first = parts_.first_part(level), parts = parts_.first_part(level + 1) - first;
-    panels.clear();
-    for (Index p = first; p < first + parts; ++p)
-      panels.insert(panels.end(), panels_of_[at(p)].begin(), panels_of_[at(p)].end());
+  host_parallel("drench::cloth::factor_leaves", dissection_.parts_on(0), [this](const Index p) { factor_part(p); });
+  for (Index level = 1; level <= dissection_.levels; ++level) {
+    const std::vector<Index>& panels = panels_on_[at(level)];
     host_parallel("drench::cloth::factor_updates", static_cast<Index>(panels.size()), [&](const Index k) {
       for (const Index u : updates_of_[at(panels[at(k)])]) subtract(updates_[at(u)]);
     });
-    host_parallel("drench::cloth::factor_separators", parts, [=, this](const Index p) { factor_part(first + p); });
+    const Index first = dissection_.first_part(level);
+    host_parallel("drench::cloth::factor_separators", dissection_.parts_on(level),
+                  [=, this](const Index p) { factor_part(first + p); });
   }
 }
 
@@ -265,18 +267,20 @@ void BlockCholesky::subtract(const Update& update) {
 }
 
 void BlockCholesky::solve(Real* x) {
-  host_parallel("drench::cloth::solve_leaves", parts_.first_part(1), [=, this](const Index p) { forward(p, x); });
+  host_parallel("drench::cloth::solve_leaves", dissection_.parts_on(0), [=, this](const Index p) { forward(p, x); });
   const auto of_level = [this](Index level, const auto& act) {
-    const Index first = parts_.first_part(level), parts = parts_.first_part(level + 1) - first;
-    host_parallel("drench::cloth::solve_separators", parts, [&](const Index p) { act(first + p); });
+    const Index first = dissection_.first_part(level);
+    host_parallel("drench::cloth::solve_separators", dissection_.parts_on(level),
+                  [&](const Index p) { act(first + p); });
   };
-  for (Index level = 1; level <= parts_.levels; ++level)
+  for (Index level = 1; level <= dissection_.levels; ++level)
     of_level(level, [=, this](const Index p) {
       gather_losses(p, x);
       forward(p, x);
     });
-  for (Index level = parts_.levels; level > 0; --level) of_level(level, [=, this](const Index p) { backward(p, x); });
-  host_parallel("drench::cloth::solve_leaves", parts_.first_part(1), [=, this](const Index p) { backward(p, x); });
+  for (Index level = dissection_.levels; level > 0; --level)
+    of_level(level, [=, this](const Index p) { backward(p, x); });
+  host_parallel("drench::cloth::solve_leaves", dissection_.parts_on(0), [=, this](const Index p) { backward(p, x); });
 }
 
 void BlockCholesky::gather_losses(Index part, Real* x) const {

@@ -9,7 +9,8 @@
 
 namespace drench::kokkos_backend {
 
-/// H = L Lᵀ. Threads share the parts of each level of a dissection; the order of all sums depends on the pattern alone.
+/// H = L Lᵀ. Threads share the parts of each level of a dissection; the order of all sums depends on the pattern
+/// alone.
 class BlockCholesky {
  public:
   /// Where a block lies: entry (r, c) at values()[at + c · stride + r].
@@ -36,8 +37,8 @@ class BlockCholesky {
   /// Where node i comes in the order of elimination.
   Index place(Index i) const { return place_[at(i)]; }
   /// The part of the dissection that node i is in, and how many there are.
-  Index part(Index i) const { return parts_.part[at(i)]; }
-  Index parts() const { return parts_.parts(); }
+  Index part(Index i) const { return dissection_.part[at(i)]; }
+  Index parts() const { return dissection_.parts(); }
   Real* values() { return values_.data(); }
 
   /// H = 0.
@@ -73,19 +74,20 @@ class BlockCholesky {
   /// Factors the panels of a part, and subtracts what they do to its own.
   void factor_part(Index part);
   void subtract(const Update& update);
-  /// What the parts below a separator have taken from its rows.
+  /// Subtracts from the rows of a separator what the parts below it have left in lost_.
   void gather_losses(Index part, Real* x) const;
-  /// The first half of a solution, L⁻¹ x; what rows of separators lose goes to lost_.
+  /// The first half of a solution, L⁻¹ x; what it subtracts from rows of other parts goes to lost_.
   void forward(Index part, Real* x);
   /// The second half, L⁻ᵀ x.
   void backward(Index part, Real* x) const;
   Real* lost_of(Index part) { return lost_.data() + 3 * at(part) * separators_.size(); }
 
-  Dissection parts_;
+  Dissection dissection_;              // without its places
   std::vector<Index> place_, part_;    // of each node; of each place
   std::vector<Index> row_, panel_of_;  // places; the panel of each place
   std::vector<Panel> panels_;
   std::vector<std::vector<Index>> panels_of_, updates_of_;  // of each part; of each panel, from other parts
+  std::vector<std::vector<Index>> panels_on_;               // of each level of separators
   std::vector<Update> updates_;
   std::vector<PanelRun> runs_;
   std::vector<Index> separators_;              // their places, part by part

@@ -112,7 +112,7 @@ Dissection dissect(const NodeGraph& near) {
   d.part.assign(near.size(), 0);
   d.place.resize(near.size());
   for (Index level = d.levels; level > 0; --level) {
-    const Index halved = Index{1} << (d.levels - level);
+    const Index halved = d.parts_on(level);
     for (Index p = 0; p < halved; ++p) bisect(near, d.part, p, halved + p, d.first_part(level) + p);
   }
   Index next = 0;

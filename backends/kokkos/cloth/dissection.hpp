@@ -20,6 +20,7 @@ struct Dissection {
 
   /// The first part of a level; 0: leaves.
   Index first_part(Index level) const { return (Index{2} << levels) - ((Index{2} << levels) >> level); }
+  Index parts_on(Index level) const { return Index{1} << (levels - level); }
   Index parts() const { return first_part(levels + 1); }
   Index level_of(Index part) const {
     Index level = 0;
@@ -29,7 +30,7 @@ struct Dissection {
   /// Is `part` one of those that separator `other` keeps apart?
   bool is_below(Index part, Index other) const {
     const Index level = level_of(part), above = level_of(other);
-    return level < above && (part - first_part(level)) % (Index{1} << (levels - above)) == other - first_part(above);
+    return level < above && (part - first_part(level)) % parts_on(above) == other - first_part(above);
   }
 };
 Dissection dissect(const NodeGraph& near);
