@@ -7,7 +7,6 @@
 #include "collision.hpp"
 #include "deforming_body.hpp"
 #include "rigid_bodies.hpp"
-#include "state/rigid_contacts.hpp"
 
 namespace drench::reference {
 namespace {
@@ -55,16 +54,6 @@ void stop_at_deforming(const Body& body, const std::vector<PlacedBody>& solids, 
   }
 }
 
-RigidMotion motion_of(const Pose& pose) {
-  const Eigen::Quaterniond& q = pose.orientation;
-  return {arr(pose.position), arr(pose.velocity), arr(pose.spin), {q.w(), q.x(), q.y(), q.z()}};
-}
-
-Pose pose_from(const RigidMotion& m) {
-  const Quaternion& q = m.orientation;
-  return {vec(m.position), vec(m.velocity), vec(m.spin), Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
-}
-
 }  // namespace
 
 void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
@@ -75,7 +64,7 @@ void bodies(ReferenceState& state, const StepInfo& info, StepReport&) {
   std::vector<RigidMotion> motion;
   for (Index k = 0; k < s.body_count(); ++k) motion.push_back(motion_of(pose_of(s, k)));
   std::vector<ContactImpulse> contacts(motion.size());
-  if (m.has_dynamic_body()) contacts = RigidContacts(m).advance(motion, info.dt, time, info.correction_share);
+  if (m.has_dynamic_body()) contacts = state.contacts->advance(motion, info.dt, time, info.correction_share);
   for (Index k = 0; k < s.body_count(); ++k) {
     const Body& body = m.bodies[k];
     if (!body.moves()) continue;

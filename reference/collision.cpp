@@ -182,9 +182,12 @@ std::optional<Hit> first_hit(const MovingTriangle& triangle, const Vector3d& x0,
 
 std::vector<PlacedBody> placed_bodies(const ReferenceState& state, const StepInfo& info) {
   std::vector<PlacedBody> placed;
+  std::vector<Pose> poses;
+  for (Index k = 0; k < state.s.body_count(); ++k) poses.push_back(pose_of(state.s, k));
+  hold(state, info, poses);
   for (Index k = 0; k < static_cast<Index>(state.model.bodies.size()); ++k) {
     const Body& body = state.model.bodies[k];
-    const Pose pose = pose_of(state.s, k);
+    const Pose& pose = poses[k];
     placed.push_back({&body, k, body.moves() ? advanced(pose, info.dt) : pose});
     if (body.deforms()) placed.back().surface = std::make_shared<DeformedSurface>(body, info.time, info.dt);
   }

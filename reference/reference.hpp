@@ -3,9 +3,11 @@
 // backends/.
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "pipeline/backend.hpp"
+#include "state/rigid_contacts.hpp"
 
 namespace drench::reference {
 
@@ -13,7 +15,9 @@ using NeighborLists = std::vector<std::vector<Index>>;
 
 /// All that the reference keeps: the model, the state, and what stages hand on within a step.
 struct ReferenceState {
-  explicit ReferenceState(const Model& of) : model(of) {}
+  explicit ReferenceState(const Model& of) : model(of) {
+    if (of.has_dynamic_body()) contacts = std::make_shared<RigidContacts>(of);
+  }
   const Model& model;
   HostState s;
   NeighborLists fluid_fluid, fluid_boundary, fluid_sample, sample_fluid, sample_sample, sample_boundary;
@@ -25,6 +29,7 @@ struct ReferenceState {
   std::vector<double> sample_passing;               // what passes each sample in this step, m/s (stage permeation)
   std::vector<double> node_pores;                   // what pores hold under pressure, kg; empty: as at rest
   std::vector<Eigen::Vector3d> boundary_predicted;  // m/s, per boundary sample: after a pressure (in-stage)
+  std::shared_ptr<RigidContacts> contacts;          // null unless a body is dynamic
 };
 
 #define DRENCH_REFERENCE_STAGE(name, when) void name(ReferenceState& state, const StepInfo& info, StepReport& report);

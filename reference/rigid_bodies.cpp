@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "state/hinge.hpp"
-
 namespace drench::reference {
 namespace {
 
@@ -41,6 +39,16 @@ std::vector<Eigen::Matrix<double, 6, 1>> accelerations(const ReferenceState& sta
 }
 
 }  // namespace
+
+RigidMotion motion_of(const Pose& pose) {
+  const Eigen::Quaterniond& q = pose.orientation;
+  return {arr(pose.position), arr(pose.velocity), arr(pose.spin), {q.w(), q.x(), q.y(), q.z()}};
+}
+
+Pose pose_from(const RigidMotion& m) {
+  const Quaternion& q = m.orientation;
+  return {vec(m.position), vec(m.velocity), vec(m.spin), Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
+}
 
 Pose pose_of(const HostState& s, Index body) {
   const Quaternion& q = s.body_orientation[body];
@@ -114,6 +122,17 @@ Pose advanced(const Pose& pose, double dt) {
   return end;
 }
 
+void hold(const ReferenceState& state, const StepInfo& info, std::vector<Pose>& poses) {
+  if (!state.contacts) return;
+  std::vector<RigidMotion> motion;
+  for (const Pose& pose : poses) motion.push_back(motion_of(pose));
+  state.contacts->hold(motion, info.dt, info.time + info.dt, info.correction_share);
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    poses[k].velocity = vec(motion[k].velocity);
+    poses[k].spin = vec(motion[k].spin);
+  }
+}
+
 Matrix3d inertia(const Body& body, const Pose& pose) {
   const Quaternion& p = body.principal;
   const Matrix3d r = (pose.orientation * Eigen::Quaterniond(p[0], p[1], p[2], p[3])).toRotationMatrix();
@@ -160,84 +179,23 @@ Vectors body_pressure_forces(const ReferenceState& state, const std::vector<doub
   return force;
 }
 
-namespace {
-
-/// What the hinge of a body makes of the velocities that it would have after dt: the constraints of its point and axis
-/// in the metric of the mass, then the motor, then the stops.
-Six held_by_hinge(const ReferenceState& state, Index body, const Joint& joint, double time, double dt, Six velocities) {
-  const Model& m = state.model;
-  const Pose pose = pose_of(state.s, body);
-  const Vector3d none = Vector3d::Zero();
-  const Pose base =
-      joint.other < 0 ? Pose{none, none, none, Eigen::Quaterniond::Identity()} : pose_of(state.s, joint.other);
-  const Matrix3d turn = pose.orientation.toRotationMatrix();
-  const Vector3d axis = turn * vec(joint.axis), arm = turn * (vec(joint.point) - vec(m.bodies[body].center));
-  Eigen::Matrix<double, 6, 6> inverse = Eigen::Matrix<double, 6, 6>::Zero();
-  inverse.topLeftCorner<3, 3>() = Matrix3d::Identity() / m.bodies[body].mass;
-  inverse.bottomRightCorner<3, 3>() = inertia(m.bodies[body], pose).inverse();
-  // Rows: the velocity of the point, the angular velocity across the axis, that along it.
-  const Vector3d one = axis.unitOrthogonal(), two = axis.cross(one);
-  Eigen::Matrix<double, 6, 6> rows = Eigen::Matrix<double, 6, 6>::Zero();
-  rows.topLeftCorner<3, 3>().setIdentity();
-  rows.topRightCorner<3, 3>() << 0, arm[2], -arm[1], -arm[2], 0, arm[0], arm[1], -arm[0], 0;
-  rows.block<1, 3>(3, 3) = one.transpose();
-  rows.block<1, 3>(4, 3) = two.transpose();
-  rows.block<1, 3>(5, 3) = axis.transpose();
-  Six wanted;
-  wanted << base.velocity_at(pose.position + arm), one.dot(base.spin), two.dot(base.spin), 0;
-  const auto solve = [&](int count) {
-    // All six rows are solved; those beyond `count` ask for nothing and are coupled to none.
-    Eigen::Matrix<double, 6, 6> j = rows;
-    for (int row = count; row < 6; ++row) j.row(row).setZero();
-    Eigen::Matrix<double, 6, 6> mobility = j * inverse * j.transpose();
-    Six missing = wanted - j * velocities;
-    for (int row = count; row < 6; ++row) {
-      mobility(row, row) = 1;
-      missing[row] = 0;
-    }
-    // In blocks: the impulse at the point, and the torque, which answers what the point's impulse leaves.
-    const Matrix3d a = mobility.topLeftCorner<3, 3>().inverse(), b = mobility.topRightCorner<3, 3>(),
-                   left = mobility.bottomRightCorner<3, 3>() - b.transpose() * a * b;
-    Six impulse;
-    impulse.tail<3>() = left.inverse() * (missing.tail<3>() - b.transpose() * a * missing.head<3>());
-    impulse.head<3>() = a * (missing.head<3>() - b * impulse.tail<3>());
-    return Six(velocities + inverse * j.transpose() * impulse);
-  };
-  const Six hinged = solve(5);
-  const double rate = axis.dot(Vector3d(hinged.tail<3>()) - base.spin);
-  double held = rate;
-  if (joint.torque > 0) {
-    // What a torque along the axis does to the rate, with the constraints.
-    velocities.tail<3>() += inverse.bottomRightCorner<3, 3>() * (joint.torque * dt * axis);
-    const double most = axis.dot(Vector3d(solve(5).tail<3>()) - base.spin) - rate;
-    held += std::min(std::max(joint.speed.at(time + dt) - rate, -most), most);
-  }
-  if (joint.limited) {
-    const Matrix3d against = base.orientation.toRotationMatrix().transpose() * turn;
-    const Vector3d mark = vec(joint.axis).unitOrthogonal(), now = against * mark;
-    const double angle = std::atan2(vec(joint.axis).dot(mark.cross(now)), mark.dot(now));
-    const double half = (joint.high - joint.low) / 2;
-    const double next = std::remainder(angle - (joint.low + joint.high) / 2, 2 * std::numbers::pi) + dt * held;
-    if (next < -half ? held < 0 : next > half && held > 0) held = 0;
-  }
-  wanted[5] = axis.dot(base.spin) + held;
-  return solve(6);
-}
-
-}  // namespace
-
 void respond_bodies(ReferenceState& state, const std::vector<double>& kappa, const StepInfo& info) {
   const double dt = info.dt;
   state.boundary_predicted.clear();
   for (const Vec3& v : state.s.boundary_velocity) state.boundary_predicted.push_back(vec(v));
   if (!state.model.has_dynamic_body()) return;
   auto gain = accelerations(state, body_pressure_forces(state, kappa));
+  std::vector<Pose> poses;
   for (Index k = 0; k < state.s.body_count(); ++k) {
-    const Joint* joint = hinge_of_body(state.model, k);
-    if (!joint) continue;
-    Six now;
-    now << vec(state.s.body_velocity[k]), vec(state.s.body_angular_velocity[k]);
-    gain[k] = (held_by_hinge(state, k, *joint, info.time, dt, now + dt * gain[k]) - now) / dt;
+    Pose pose = pose_of(state.s, k);
+    pose.velocity += dt * gain[k].head<3>();
+    pose.spin += dt * gain[k].tail<3>();
+    poses.push_back(pose);
+  }
+  hold(state, info, poses);
+  for (Index k = 0; k < state.s.body_count(); ++k) {
+    const Pose now = pose_of(state.s, k);
+    gain[k] << (poses[k].velocity - now.velocity) / dt, (poses[k].spin - now.spin) / dt;
   }
   for (Index b = 0; b < state.model.boundary.count(); ++b) {
     const auto& a = gain[state.model.boundary.body[b]];

@@ -13,6 +13,8 @@ struct Pose {
   Eigen::Vector3d velocity_at(const Eigen::Vector3d& x) const { return velocity + spin.cross(x - position); }
 };
 
+RigidMotion motion_of(const Pose& pose);
+Pose pose_from(const RigidMotion& motion);
 Pose pose_of(const HostState& s, Index body);
 void set_pose(HostState& s, Index body, const Pose& pose);
 /// Of a body that is not dynamic, at a time (s).
@@ -21,6 +23,8 @@ Pose prescribed_pose(const Body& body, double time);
 Eigen::Vector3d angular_velocity(const Eigen::Quaterniond& first, const Eigen::Quaterniond& last, double time);
 /// After dt of steady motion.
 Pose advanced(const Pose& pose, double dt);
+/// Gives the bodies the velocities that their contacts and hinges would leave them at the end of the step.
+void hold(const ReferenceState& state, const StepInfo& info, std::vector<Pose>& poses);
 /// Inertia in the world's axes, kg m².
 Eigen::Matrix3d inertia(const Body& body, const Pose& pose);
 

@@ -96,15 +96,15 @@ struct RigidContacts::World {
     solver.m_splitImpulsePenetrationThreshold = -grip;
     solver.m_restitutionVelocityThreshold = 0;
     solver.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+    solver.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
     for (const Body& b : model.bodies) add(b);
     for (const Joint& j : model.joints) add(j);
   }
 
   std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt, double end, double share) {
+    leave();
     world_.getSolverInfo().m_erp = world_.getSolverInfo().m_erp2 = removed * share;
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
-      if (bodies_[b]) place(b, motion[b], dt);
-    for (Hinge& h : hinges_) fasten(h, dt, end);
+    enter(motion, dt, end);
     world_.stepSimulation(dt, 0);
     std::vector<ContactImpulse> contacts(bodies_.size());
     for (Hinge& h : hinges_) unfasten(h, dt, contacts);
@@ -112,11 +112,36 @@ struct RigidContacts::World {
       add_impulses(*dispatcher_.getManifoldByIndexInternal(k), motion, contacts);
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (bodies_[b] && constant_[b]->dynamic && contacts[b].touched) motion[b] = motion_of(b);
-    for (const auto& body : bodies_)
-      if (body) world_.removeRigidBody(body.get());
-    broadphase_.resetPool(&dispatcher_);
-    solver_.reset();
+    leave();
     return contacts;
+  }
+
+  bool touches(const std::vector<RigidMotion>& motion, double dt, double end) {
+    detect(motion, dt, end);
+    return std::find(held_.begin(), held_.end(), true) != held_.end();
+  }
+
+  void hold(std::vector<RigidMotion>& motion, double dt, double end, double share) {
+    if (!touches(motion, dt, end)) return;
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (bodies_[b]) set_motion(b, motion[b]);
+    std::vector<btTypedConstraint*> joints;
+    for (Hinge& h : hinges_) {
+      make(h, dt, end);
+      joints.push_back(h.constraint.get());
+    }
+    btContactSolverInfo info = world_.getSolverInfo();
+    info.m_timeStep = dt;
+    info.m_erp = info.m_erp2 = removed * share;
+    solver_.solveGroup(all_.data(), static_cast<int>(all_.size()), dispatcher_.getInternalManifoldPointer(),
+                       dispatcher_.getNumManifolds(), joints.data(), static_cast<int>(joints.size()), info, nullptr,
+                       &dispatcher_);
+    for (Hinge& h : hinges_) h.constraint.reset();
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (!held_[b]) continue;
+      motion[b].velocity = to_vec3(eigen(bodies_[b]->getLinearVelocity()) / per_m_);
+      motion[b].spin = to_vec3(eigen(bodies_[b]->getAngularVelocity()));
+    }
   }
 
  private:
@@ -126,6 +151,62 @@ struct RigidContacts::World {
     std::unique_ptr<btHingeConstraint> constraint;
     btJointFeedback feedback;
   };
+
+  void enter(const std::vector<RigidMotion>& motion, double dt, double end) {
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (bodies_[b]) place(b, motion[b], dt);
+    for (Hinge& h : hinges_) {
+      make(h, dt, end);
+      h.constraint->setJointFeedback(&h.feedback);
+      world_.addConstraint(h.constraint.get(), true);  // the two do not collide
+    }
+  }
+  void leave() {
+    detected_.clear();
+    for (const auto& body : bodies_)
+      if (body && body->isInWorld()) world_.removeRigidBody(body.get());
+    broadphase_.resetPool(&dispatcher_);
+    solver_.reset();
+  }
+
+  /// Finds the contacts, unless those found last are of the same poses, and which dynamic bodies these and hinges hold.
+  void detect(const std::vector<RigidMotion>& motion, double dt, double end) {
+    const auto at_same_place = [](const RigidMotion& a, const RigidMotion& b) {
+      return a.position == b.position && a.orientation == b.orientation;
+    };
+    if (std::equal(motion.begin(), motion.end(), detected_.begin(), detected_.end(), at_same_place)) return;
+    leave();
+    enter(motion, dt, end);
+    world_.performDiscreteCollisionDetection();
+    held_.assign(bodies_.size(), false);
+    const auto hold = [&](Index b) {
+      if (b >= 0 && constant_[static_cast<std::size_t>(b)]->dynamic) held_[static_cast<std::size_t>(b)] = true;
+    };
+    for (Hinge& h : hinges_) {
+      world_.removeConstraint(h.constraint.get());
+      h.constraint.reset();
+      hold(h.joint->body);
+      hold(h.joint->other);
+    }
+    for (int k = 0; k < dispatcher_.getNumManifolds(); ++k) {
+      btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(k);
+      for (int c = 0; c < manifold.getNumContacts(); ++c) manifold.getContactPoint(c).m_combinedRestitution = 0;
+      if (manifold.getNumContacts() == 0) continue;
+      hold(manifold.getBody0()->getUserIndex());
+      hold(manifold.getBody1()->getUserIndex());
+    }
+    detected_ = motion;
+  }
+  /// Moves what detect() has placed as given.
+  void set_motion(std::size_t b, const RigidMotion& m) {
+    btRigidBody& body = *bodies_[b];
+    body.setCenterOfMassTransform(transform_of(b, m));
+    const btVector3 velocity = bullet(per_m_ * to_eigen(m.velocity)), spin = bullet(to_eigen(m.spin));
+    body.setLinearVelocity(velocity);
+    body.setAngularVelocity(spin);
+    body.setInterpolationLinearVelocity(velocity);
+    body.setInterpolationAngularVelocity(spin);
+  }
 
   void add(const Joint& j) {
     const auto turn = shortest_turn(Vector3d::UnitZ(), to_eigen(j.axis));
@@ -142,9 +223,9 @@ struct RigidContacts::World {
                        {}});
   }
   /// A hinge is made anew for each step, so that nothing is kept.
-  void fasten(Hinge& h, double dt, double end) {
+  void make(Hinge& h, double dt, double end) const {
     const Joint& j = *h.joint;
-    btRigidBody& other = j.other < 0 ? anchor_ : *bodies_[static_cast<std::size_t>(j.other)];
+    btRigidBody& other = j.other < 0 ? *anchor_ : *bodies_[static_cast<std::size_t>(j.other)];
     h.constraint =
         std::make_unique<btHingeConstraint>(*bodies_[static_cast<std::size_t>(j.body)], other, h.own, h.others);
     h.constraint->setUseFrameOffset(false);  // with it the joint to a body that turns is not exact
@@ -152,8 +233,6 @@ struct RigidContacts::World {
     const bool stopped = j.limited && set_stops(h, speed, most, dt);
     // A motor and a stop share one row in Bullet, where the motor's torque would have no limit.
     if (j.torque > 0 && !stopped) h.constraint->enableAngularMotor(true, speed, most);
-    h.constraint->setJointFeedback(&h.feedback);
-    world_.addConstraint(h.constraint.get(), true);  // the two do not collide
   }
   /// Bullet stops a body that is beyond a limit, which a light one under a great load would be by far: a body that
   /// would pass its limit in this step, against its motor, stops where it is. Returns whether it does.
@@ -229,6 +308,7 @@ struct RigidContacts::World {
       body->setCcdMotionThreshold(inner);
       body->setCcdSweptSphereRadius(inner);
     }
+    all_.push_back(body.get());
     bodies_.back() = std::move(body);
   }
 
@@ -300,11 +380,14 @@ struct RigidContacts::World {
     return keep(std::move(shape));
   }
 
+  btTransform transform_of(std::size_t b, const RigidMotion& m) const {
+    const Eigen::Quaterniond turn = eigen(m.orientation) * eigen(constant_[b]->principal);
+    return btTransform(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()).normalized(),
+                       bullet(per_m_ * to_eigen(m.position)));
+  }
   void place(std::size_t b, const RigidMotion& m, double dt) {
     btRigidBody& body = *bodies_[b];
-    const Eigen::Quaterniond turn = eigen(m.orientation) * eigen(constant_[b]->principal);
-    const btTransform at(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()).normalized(),
-                         bullet(per_m_ * to_eigen(m.position)));
+    const btTransform at = transform_of(b, m);
     const btVector3 velocity = bullet(per_m_ * to_eigen(m.velocity)), spin = bullet(to_eigen(m.spin));
     body.setCenterOfMassTransform(at);
     body.setInterpolationWorldTransform(at);
@@ -365,8 +448,12 @@ struct RigidContacts::World {
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;  // null: changes its shape, and has no contacts
   std::vector<const Body*> constant_;
-  btRigidBody anchor_{btRigidBody::btRigidBodyConstructionInfo(0, nullptr, nullptr)};  // the world, of hinges
+  std::unique_ptr<btRigidBody> anchor_ = std::make_unique<btRigidBody>(
+      btRigidBody::btRigidBodyConstructionInfo(0, nullptr, nullptr));  // the world, of hinges
   std::vector<Hinge> hinges_;
+  std::vector<btCollisionObject*> all_;
+  std::vector<RigidMotion> detected_;  // where bodies are whose contacts the dispatcher has
+  std::vector<bool> held_;             // by those contacts or hinges
 };
 
 RigidContacts::RigidContacts(const Model& model) : world_(std::make_unique<World>(model)) {}
@@ -375,6 +462,14 @@ RigidContacts::~RigidContacts() = default;
 std::vector<ContactImpulse> RigidContacts::advance(std::vector<RigidMotion>& motion, double dt, double end,
                                                    double share) {
   return world_->advance(motion, dt, end, share);
+}
+
+bool RigidContacts::touches(const std::vector<RigidMotion>& motion, double dt, double end) {
+  return world_->touches(motion, dt, end);
+}
+
+void RigidContacts::hold(std::vector<RigidMotion>& motion, double dt, double end, double share) {
+  world_->hold(motion, dt, end, share);
 }
 
 }  // namespace drench

@@ -35,6 +35,12 @@ class RigidContacts {
   /// of overlaps. Nothing is kept from one step to the next.
   std::vector<ContactImpulse> advance(std::vector<RigidMotion>& motion, double dt, double end, double share = 1);
 
+  /// Does a dynamic body touch another, or hang on a hinge, in these poses of the start of a step?
+  bool touches(const std::vector<RigidMotion>& motion, double dt, double end);
+  /// What advance() would do to the velocities alone, without bounce: `motion` gets those of dynamic bodies that touch
+  /// something or hang on a hinge.
+  void hold(std::vector<RigidMotion>& motion, double dt, double end, double share);
+
  private:
   struct World;
   std::unique_ptr<World> world_;

@@ -67,19 +67,6 @@ KOKKOS_INLINE_FUNCTION RigidState steady(const RigidBody& body, double t) {
           rotation_by(times(t, body.rest_spin))};
 }
 
-RigidMotion motion_of(const RigidState& s) {
-  return {plain(s.position),
-          plain(s.velocity),
-          plain(s.spin),
-          {s.orientation.w, s.orientation.x, s.orientation.y, s.orientation.z}};
-}
-RigidState state_of(const RigidMotion& m) {
-  return {to_double(m.position),
-          to_double(m.velocity),
-          to_double(m.spin),
-          {m.orientation[0], m.orientation[1], m.orientation[2], m.orientation[3]}};
-}
-
 /// Where a body is dynamic: on the host, with contacts and hinges.
 void move_dynamic_bodies(Bodies& bodies, const StepInfo& info) {
   const std::vector<RigidState> start = to_host<RigidState>(bodies.state, bodies.count);

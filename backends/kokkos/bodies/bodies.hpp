@@ -67,11 +67,18 @@ struct DynamicSamples {
   Field<Real> viscous_bound;      // K_b, kg/s (stage forces)
   Field<std::int64_t> pushed;     // 6 a body: what cloth does to it (bodies/pushed_bodies.hpp)
   Field<Wrench> applied;          // a body: what a program does to it, N and N m; null without such a body
-  Field<Hinge> hinge;             // a body; null unless one has a hinge (state/hinge.hpp)
+  Field<Wrench> held;             // a body: changes of its velocities that contacts and hinges leave it (Holding)
   Field<Wrench> given;            // a body: impulses of the liquid in the step so far, but for given_by_liquid
 };
 
 struct DeformingBody;
+
+/// Contacts and hinges of dynamic bodies in this step, as stages before stage bodies see them.
+struct Holding {
+  bool any = false;
+  double dt = 0, end = 0, share = 0;  // s, s, 1: of the step (StepInfo)
+  Version looked_at = Version::none();
+};
 
 struct Bodies {
   explicit Bodies(const Constants& constants);
@@ -89,6 +96,7 @@ struct Bodies {
   std::vector<RigidBody> constant_on_host;
   Field<RigidState> state;
   Array<RigidState> keyed;  // where keys put bodies; no memory without such a body
+  Field<RigidState> ahead;  // `state` with the velocities that contacts and hinges leave; null before there are any
   std::vector<Vec3> static_position, static_velocity, static_spin;
   std::vector<drench::Quaternion> static_orientation;
   BoundarySamples boundary;
@@ -97,6 +105,7 @@ struct Bodies {
   std::vector<Wrench> given_by_cloth, given_by_liquid;    // a body: impulses of the step so far, in addition to those
   std::vector<Wrench> given_by_bodies;                    // the same of contacts; empty before stage bodies
   std::shared_ptr<RigidContacts> contacts;                // null unless a body is dynamic
+  Holding holding;
   Version moved;
   Cached<CellTable> cells;  // of the boundary samples
 
@@ -120,8 +129,10 @@ double fastest_body(const Bodies& bodies, double fall);
 void body_stage(Bodies& bodies, double keep, double weight, const Constants* outside);
 /// The same with dynamic.load as it is.
 void move_by_load(Bodies& bodies, double keep, double weight, const Constants* outside);
-/// dynamic.hinge, with the motors' speeds of this step: before a pressure solve.
-void set_hinges(const Constants& constants, Bodies& bodies, const StepInfo& info);
+/// bodies.holding, for the bodies as they move now: before a pressure solve.
+void look_for_contacts(Bodies& bodies, const StepInfo& info);
+/// The velocities that contacts and hinges leave bodies which move as in `free`; docs/theory/bodies.md, (5b).
+std::vector<RigidState> held(const Bodies& bodies, std::vector<RigidState> free);
 /// dynamic.applied, of the model as it is.
 void take_applied(const Constants& constants, Bodies& bodies);
 /// Begins a step: nothing has acted on the bodies yet.

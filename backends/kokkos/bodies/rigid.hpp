@@ -2,6 +2,7 @@
 // Rigid bodies: poses in double, whatever the precision of the particles; laws in src/stages/bodies.hpp.
 
 #include "core/double3.hpp"
+#include "state/rigid_contacts.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -43,6 +44,19 @@ struct RigidState {
   Quaternion orientation;
 };
 
+inline RigidMotion motion_of(const RigidState& s) {
+  return {plain(s.position),
+          plain(s.velocity),
+          plain(s.spin),
+          {s.orientation.w, s.orientation.x, s.orientation.y, s.orientation.z}};
+}
+inline RigidState state_of(const RigidMotion& m) {
+  return {to_double(m.position),
+          to_double(m.velocity),
+          to_double(m.spin),
+          {m.orientation[0], m.orientation[1], m.orientation[2], m.orientation[3]}};
+}
+
 /// What stays the same of a body.
 struct RigidBody {
   int kind, moves, dynamic, slides, keyed;  // keyed: its motion changes with time by prescription
@@ -79,51 +93,6 @@ KOKKOS_INLINE_FUNCTION Double3 times_inertia(const RigidBody& body, const Quater
   const Double3 own = rotate_back(body.principal, rotate_back(q, v));
   const Double3& i = body.inertia;
   return rotate(q, rotate(body.principal, {i.x * own.x, i.y * own.y, i.z * own.z}));
-}
-
-/// A hinge that leaves a dynamic body one turn, about an axis of the world or of a body that is not dynamic. Its
-/// vectors are those of t = 0.
-struct Hinge {
-  int present;
-  Index other;           // −1: the world
-  Double3 arm, axis;     // from the body's centre to the axis, m; unit
-  Double3 mark;          // unit, at right angles to the axis: what the angle is measured by
-  double middle, half;   // rad: between its stops, and how far they are from there
-  double speed, torque;  // rad/s, N m: of the motor in this step; no torque: no motor
-};
-
-/// The velocities that the hinge, its motor and its stops leave a body after `dt` (docs/theory/bodies.md, (5b)).
-/// `other`: null for the world.
-KOKKOS_INLINE_FUNCTION void hold_by_hinge(const Hinge& h, const RigidBody& body, const RigidState& s,
-                                          const RigidState* other, double dt, Double3& velocity, Double3& spin) {
-  constexpr double pi = 3.14159265358979323846;
-  const Double3 a = rotate(s.orientation, h.axis), arm = rotate(s.orientation, h.arm);
-  const Double3 lever = outer(arm, a);  // of the centre, for each rad/s
-  Double3 carried, turned;              // what the other's motion gives the body
-  Double3 mark = h.mark;
-  if (other) {
-    turned = other->spin;
-    carried = add(other->velocity, outer(turned, minus(s.position, other->position)));
-    mark = rotate(other->orientation, mark);
-  }
-  const Double3 own = rotate(s.orientation, h.mark);
-  const double angle = Kokkos::atan2(inner(a, outer(mark, own)), inner(mark, own));
-  const double mass = 1 / body.inverse_mass;
-  const double inertia = inner(a, times_inertia(body, s.orientation, a)) + mass * inner(lever, lever);
-  const double momentum =
-      inner(a, times_inertia(body, s.orientation, minus(spin, turned))) + mass * inner(lever, minus(velocity, carried));
-  double rate = momentum / inertia;
-  if (h.torque > 0) {
-    const double most = h.torque * dt / inertia;
-    rate += larger(-most, smaller(most, h.speed - rate));
-  }
-  double off = angle - h.middle;
-  if (off > pi) off -= 2 * pi;
-  if (off < -pi) off += 2 * pi;
-  if (off + rate * dt < -h.half) rate = larger(0.0, rate);
-  if (off + rate * dt > h.half) rate = smaller(0.0, rate);
-  velocity = add(carried, times(rate, lever));
-  spin = add(turned, times(rate, a));
 }
 
 /// Force (N) and torque about the centre (N m).

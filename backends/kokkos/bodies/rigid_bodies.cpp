@@ -11,10 +11,15 @@
 #include "bodies/sample_sums.hpp"
 #include "core/host_copy.hpp"
 #include "core/reduce.hpp"
-#include "state/hinge.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
+
+std::vector<RigidMotion> motions_of(const std::vector<RigidState>& states) {
+  std::vector<RigidMotion> motions;
+  for (const RigidState& s : states) motions.push_back(motion_of(s));
+  return motions;
+}
 
 Double3 inverse(const Vec3& a) { return a[0] > 0 ? Double3{1 / a[0], 1 / a[1], 1 / a[2]} : Double3{}; }
 
@@ -213,8 +218,15 @@ void refresh_boundary_cells(const Constants& constants, Bodies& bodies) {
 
 void place_solids(const Constants& constants, Bodies& bodies, const StepInfo& info) {
   if (!constants.model.has_moving_body()) return;
+  look_for_contacts(bodies, info);
+  if (bodies.holding.any) {
+    const std::vector<RigidState> ahead = held(bodies, to_host<RigidState>(bodies.state, bodies.count));
+    if (!bodies.ahead.exists()) bodies.ahead = to_device<RigidState>("drench::body_ahead", ahead);
+    copy_to_device<RigidState>(bodies.ahead, ahead);
+  }
   const Entries<const RigidBody> constant = std::as_const(bodies).constant;
-  const Entries<const RigidState> state = std::as_const(bodies).state;
+  const Entries<const RigidState> state =
+      bodies.holding.any ? std::as_const(bodies).ahead : std::as_const(bodies).state;
   const Entries<Solid> solids = bodies.solids;
   const double dt = info.dt;
   parallel(
@@ -312,31 +324,26 @@ void move_by_load(Bodies& bodies, double keep, double weight, const Constants* o
   refresh_dynamic_samples(bodies);
 }
 
-void set_hinges(const Constants& constants, Bodies& bodies, const StepInfo& info) {
-  const Model& m = constants.model;
-  if (bodies.dynamic.count == 0 || !has_held_body(m)) return;
-  const bool motors = std::any_of(m.joints.begin(), m.joints.end(), [](const Joint& j) { return j.torque > 0; });
-  if (bodies.dynamic.hinge.exists() && !motors) return;
-  std::vector<Hinge> hinges(m.bodies.size(), Hinge{});
-  for (std::size_t b = 0; b < hinges.size(); ++b) {
-    const Joint* joint = hinge_of_body(m, static_cast<Index>(b));
-    if (!joint) continue;
-    Hinge& h = hinges[b];
-    const Eigen::Vector3d axis = to_eigen(joint->axis);
-    h.present = 1;
-    h.other = joint->other;
-    h.arm = to_double(to_vec3(to_eigen(joint->point) - to_eigen(m.bodies[b].center)));
-    h.axis = to_double(joint->axis);
-    h.mark = to_double(to_vec3(axis.unitOrthogonal()));
-    h.middle = joint->limited ? 0.5 * (joint->low + joint->high) : 0;
-    h.half = joint->limited ? 0.5 * (joint->high - joint->low) : 1e300;
-    h.speed = joint->speed.at(info.time + info.dt);
-    h.torque = joint->torque;
+void look_for_contacts(Bodies& bodies, const StepInfo& info) {
+  if (!bodies.contacts) return;
+  Holding& h = bodies.holding;
+  // Contacts depend on where bodies are, which changes between steps.
+  if (h.looked_at == bodies.moved && !h.any) return;
+  h.dt = info.dt;
+  h.end = info.time + info.dt;
+  h.share = info.correction_share;
+  h.any = bodies.contacts->touches(motions_of(to_host<RigidState>(bodies.state, bodies.count)), h.dt, h.end);
+  h.looked_at = bodies.moved;
+}
+
+std::vector<RigidState> held(const Bodies& bodies, std::vector<RigidState> free) {
+  std::vector<RigidMotion> motion = motions_of(free);
+  bodies.contacts->hold(motion, bodies.holding.dt, bodies.holding.end, bodies.holding.share);
+  for (std::size_t b = 0; b < free.size(); ++b) {
+    free[b].velocity = to_double(motion[b].velocity);
+    free[b].spin = to_double(motion[b].spin);
   }
-  if (!bodies.dynamic.hinge.exists())
-    bodies.dynamic.hinge = to_device<Hinge>("drench::body_hinge", hinges);
-  else
-    copy_to_device<Hinge>(bodies.dynamic.hinge, hinges);
+  return free;
 }
 
 void take_applied(const Constants& constants, Bodies& bodies) {

@@ -1,6 +1,7 @@
 #include "coupling/body_response.hpp"
 
 #include "bodies/sample_sums.hpp"
+#include "core/host_copy.hpp"
 #include "core/neighbor_search.hpp"
 #include "coupling/wall.hpp"
 #include "particles/viscosity.hpp"
@@ -183,6 +184,29 @@ void find_viscous_body_bound(Bodies& bodies, MaximaUnderWay& maxima) {
       });
 }
 
+namespace {
+
+/// dynamic.held: what dynamic.load, contacts and hinges change in bodies' velocities, m/s and rad/s.
+void hold_predicted(Bodies& bodies, double dt) {
+  const std::vector<RigidState> now = to_host<RigidState>(bodies.state, bodies.count);
+  const std::vector<Wrench> load = to_host<Wrench>(bodies.dynamic.load, bodies.count);
+  std::vector<RigidState> free = now;
+  for (std::size_t b = 0; b < free.size(); ++b) {
+    const RigidBody& body = bodies.constant_on_host[b];
+    if (!body.dynamic) continue;
+    free[b].velocity = add(now[b].velocity, times(dt * body.inverse_mass, load[b].force));
+    free[b].spin = add(now[b].spin, times(dt, over_inertia(body, now[b].orientation, load[b].torque)));
+  }
+  std::vector<Wrench> change;
+  const std::vector<RigidState> left = held(bodies, free);
+  for (std::size_t b = 0; b < now.size(); ++b)
+    change.push_back({minus(left[b].velocity, now[b].velocity), minus(left[b].spin, now[b].spin)});
+  if (!bodies.dynamic.held.exists()) bodies.dynamic.held = to_device<Wrench>("drench::body_held", change);
+  copy_to_device<Wrench>(bodies.dynamic.held, change);
+}
+
+}  // namespace
+
 void predict_bodies(const Constants& constants, const Fluid& fluid, const NeighborLists& lists,
                     const Field<Real>& pressure, double dt, Bodies& bodies) {
   if (bodies.dynamic.count == 0) return;
@@ -206,19 +230,18 @@ void predict_bodies(const Constants& constants, const Fluid& fluid, const Neighb
   fluid.exchange.share(bodies.dynamic.force, b.dynamic.count);
   sum_sample_forces(bodies);
   const Entries<const Wrench> load = b.dynamic.load;
-  const Entries<const Hinge> hinge = b.dynamic.hinge;
+  const bool holds = b.holding.any;
+  if (holds) hold_predicted(bodies, dt);
+  const Entries<const Wrench> left = b.dynamic.held;
   parallel(
       "drench::bodies::predicted", b.dynamic.count, KOKKOS_LAMBDA(const Index s) {
         const Index k = samples.owner(s), at = samples.sample(s);
         const RigidState& now = samples.state(k);
         Double3 gain = times(dt * constant(k).inverse_mass, load(k).force);
         Double3 turn = times(dt, over_inertia(constant(k), now.orientation, load(k).torque));
-        if (hinge.exist() && hinge(k).present) {
-          Double3 velocity = add(now.velocity, gain), spin = add(now.spin, turn);
-          const RigidState* const other = hinge(k).other < 0 ? nullptr : &samples.state(hinge(k).other);
-          hold_by_hinge(hinge(k), constant(k), now, other, dt, velocity, spin);
-          gain = minus(velocity, now.velocity);
-          turn = minus(spin, now.spin);
+        if (holds) {
+          gain = left(k).force;
+          turn = left(k).torque;
         }
         predicted(at) = v(at) + narrow(add(gain, outer(turn, samples.arm(s))));
       });

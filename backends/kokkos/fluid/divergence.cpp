@@ -79,7 +79,7 @@ MemoryEstimate divergence_bytes(const Sizing& s) {
 void divergence(const Constants& constants, Fluid& fluid, const NeighborLists& lists, Bodies& bodies, Cloth& cloth,
                 PressureWork& work, const StepInfo& info, StepReport& report) {
   if (fluid.particles.total == 0) return;
-  set_hinges(constants, bodies, info);
+  look_for_contacts(bodies, info);
   allocate_pressure_work(work, fluid);
   make_room(work.active, "drench::pressure::active", fluid.particles.capacity());
   PressureSystem system{constants, fluid, lists, bodies, cloth, work, fluid.particles.kappa_divergence, info.dt};

@@ -104,7 +104,7 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
               PressureWork& work, ClothSolverWork& solver, const StepInfo& info, StepReport& report) {
   if (fluid.particles.total == 0) return;
   place_solids(constants, bodies, info);
-  set_hinges(constants, bodies, info);
+  look_for_contacts(bodies, info);
   warm_start_density(fluid, work);
   PressureSystem system{constants, fluid, lists, bodies, cloth, work, fluid.particles.kappa_density, info.dt};
   system.touching = has_sheet_contact(constants, cloth);
