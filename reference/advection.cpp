@@ -241,13 +241,60 @@ void exchange_impulses(ReferenceState& state, const std::vector<Collision>& coll
   }
 }
 
-/// 4. Puts a particle that is behind a body's surface back. Returns whether one was.
-bool put_back(const std::vector<PlacedBody>& bodies, Vector3d& x, Vec3& velocity) {
+constexpr double grazing = 0.25;  // spacings: how deep a path may be in a body that it only grazes
+
+/// 4. Where the path enters a body that it does not only graze, a particle goes on along its surface: where it ends.
+std::optional<Vector3d> end_outside(const PlacedBody& body, const Vector3d& start, const Vector3d& end, double d) {
+  Vector3d normal;
+  const auto at = [&](double share) -> Vector3d { return start + share * (end - start); };
+  const auto depth = [&](const Vector3d& x) { return -distance_to(body, x, normal).value_or(1e30); };
+  if (depth(start) > grazing * d) return std::nullopt;
+  const int parts = std::min(64, static_cast<int>(1 + (end - start).norm() / (grazing * d)));
+  double outside = 0, inside = 0;
+  for (int k = 1; k <= parts && !(depth(at(inside)) > grazing * d); ++k) {
+    if (!(depth(at(inside)) > 0)) outside = inside;
+    inside = double(k) / parts;
+  }
+  if (!(depth(at(inside)) > grazing * d)) return std::nullopt;
+  for (int k = 0; k < 8; ++k) {
+    const double middle = (outside + inside) / 2;
+    (depth(at(middle)) > 0 ? inside : outside) = middle;
+  }
+  const Vector3d entry = at(outside);
+  depth(entry);  // its normal
+  const Vector3d left = end - entry, along = entry + (left - left.dot(normal) * normal);
+  return depth(along) < grazing * d ? along : entry;
+}
+
+/// 4. Puts a particle that came from x0 and is behind a body's surface, or beyond it, back. Returns whether one was.
+bool put_back(const Model& m, const std::vector<PlacedBody>& bodies, const Vector3d& x0, double dt, Vector3d& x,
+              Vec3& velocity) {
   Vector3d v = vec(velocity);
-  const std::vector<BodyContact> contacts = project_out(bodies, {}, x);
-  for (const BodyContact& contact : contacts) v = contact.stopped(v);
+  bool any = false;
+  for (const PlacedBody& body : bodies) {
+    const bool has_far_side = body.body->kind != BodyScene::Kind::plane && !body.body->inside && !body.surface;
+    const Vector3d start = x0 + dt * body.velocity_at(x0), way = x - start;
+    Vector3d normal;
+    const std::optional<double> distance = distance_to(body, x, normal);
+    if (!distance) continue;
+    if (has_far_side && *distance < way.norm() &&
+        (*distance >= 0 || *distance < -grazing * m.spacing || normal.dot(way) > 0)) {
+      if (const std::optional<Vector3d> place = end_outside(body, start, x, m.spacing)) {
+        x = *place;
+        any = true;
+        if (distance_to(body, x, normal).value_or(0) >= 0) {
+          v = BodyContact{normal, body.velocity_at(x)}.stopped(v);
+          continue;
+        }
+      }
+    }
+    for (const BodyContact& contact : project_out({body}, {}, x)) {
+      v = contact.stopped(v);
+      any = true;
+    }
+  }
   velocity = arr(v);
-  return !contacts.empty();
+  return any;
 }
 
 /// 6. Does a triangle, where it is at the end, lie between the two?
@@ -328,7 +375,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   for (Index i = 0; i < particles; ++i) {
     const Vector3d swept = x1[i];
     bool crossed = collisions[i].crossed;
-    if (!baked && put_back(bodies, x1[i], s.fluid_velocity[i])) {
+    if (!baked && put_back(m, bodies, vec(s.fluid_position[i]), info.dt, x1[i], s.fluid_velocity[i])) {
       ++report.clamped;
       crossed = crossed || lies_between(cloth, swept, x1[i]);
     }

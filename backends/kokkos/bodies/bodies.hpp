@@ -41,6 +41,9 @@ struct Solid {
   Real field_spacing;
   Real3 field_origin;  // m
   MovingSurface surface;
+
+  /// Could a particle pass through it, or leave it on the other side? Not through planes and containers.
+  KOKKOS_INLINE_FUNCTION bool has_far_side() const { return kind != 2 && !inside && surface.nearest == nullptr; }
 };
 
 /// Samples of all solids, as the liquid meets them (Akinci et al. 2012).

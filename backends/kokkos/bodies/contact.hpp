@@ -382,6 +382,36 @@ KOKKOS_INLINE_FUNCTION Vector3<T> project_out(const Solids& solids, const Real3&
   return shift;
 }
 
+constexpr Real grazing = Real(0.25);  // spacings: how deep a path may be in a solid that it only grazes
+
+/// Does the way from `start` to x (m) enter a solid, more than grazing it? Then x becomes where a particle gets along
+/// the surface from there. `spacing` (m): of the liquid. Law 4 of docs/theory/contacts.md.
+KOKKOS_FUNCTION DRENCH_SELDOM inline bool stop_at_entry(const Solid& solid, const Real3& start, Real spacing,
+                                                        Real3& x) {
+  const Real3 way = x - start;
+  constexpr int most = 64, halvings = 8;
+  const auto at = [&](Real share) { return solid_distance(solid, start, share * way); };
+  const Real deep = grazing * spacing;
+  if (!(at(0).phi > -deep)) return false;
+  const int parts = static_cast<int>(smaller(Real(most), 1 + norm(way) / deep));
+  Real outside = 0, inside = 0;
+  for (int k = 1; k <= parts; ++k) {
+    inside = Real(k) / Real(parts);
+    const Real phi = at(inside).phi;
+    if (phi < -deep) break;
+    if (k == parts) return false;
+    if (phi >= 0) outside = inside;
+  }
+  for (int k = 0; k < halvings; ++k) {
+    const Real middle = Real(0.5) * (outside + inside);
+    (at(middle).phi < 0 ? inside : outside) = middle;
+  }
+  const Real3 left = (1 - outside) * way, normal = at(outside).normal,
+              along = outside * way + (left - dot(left, normal) * normal);
+  x = start + (solid_distance(solid, start, along).phi > -deep ? along : outside * way);
+  return true;
+}
+
 /// v − n min(0, (v − v_s)·n): without the part that goes into a solid whose surface moves with v_s.
 KOKKOS_INLINE_FUNCTION Real3 without_inward(const Real3& v, const Real3& normal, const Real3& surface) {
   const Real inward = dot(v - surface, normal);

@@ -195,6 +195,7 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
   const Slice<const Solid> solids = baked ? Slice<const Solid>{} : Slice<const Solid>(bodies.solids);
   const Slice<const Drain> drains = std::as_const(work.drains);
   const double quantum = constants.quantum;
+  const Real spacing = constants.spacing;
   const Vec3 &min = constants.model.scene.domain.min, &max = constants.model.scene.domain.max;
   const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
   Kokkos::parallel_reduce(
@@ -205,15 +206,23 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
         if (swept && hit_triangle(i) >= 0) ++counts.collisions;
         bool put_back = false;
         for (std::int64_t b = 0; b < solids.count; ++b) {
-          const SolidDistance body = solid_distance(solids(b), x, Real3{});
-          if (!(body.phi < 0)) continue;
+          SolidDistance body = solid_distance(solids(b), x, Real3{});
+          bool entered = false;
+          if (solids(b).has_far_side() && body.phi < far_away) {
+            const Real3 start = position(i) + dt * surface_velocity(solids(b), position(i), Real3{}), way = x - start;
+            if (body.phi < norm(way) && (body.phi >= 0 || body.phi < -grazing * spacing || dot(body.normal, way) > 0)) {
+              entered = stop_at_entry(solids(b), start, spacing, x);
+              if (entered) body = solid_distance(solids(b), x, Real3{});
+            }
+          }
+          if (!(body.phi < 0) && !entered) continue;
           const Real3 before = v;
           v = without_inward(v, body.normal, surface_velocity(solids(b), x, Real3{}));
           const auto body_pushed = static_cast<std::size_t>(solids(b).body);
           if (pushes.takes_commanded(body_pushed))
             pushes.add(body_pushed, widen(x - solids(b).center),
                        times(quantum * static_cast<double>(mass(i)), widen(before - v)));
-          x += to_distance(solids(b), x, Real3{}, body, 0);
+          if (body.phi < 0) x += to_distance(solids(b), x, Real3{}, body, 0);
           put_back = true;
         }
         if (put_back) {
