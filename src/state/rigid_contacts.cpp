@@ -96,7 +96,6 @@ struct RigidContacts::World {
     solver.m_splitImpulsePenetrationThreshold = -grip;
     solver.m_restitutionVelocityThreshold = 0;
     solver.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
-    solver.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
     for (const Body& b : model.bodies) add(b);
     for (const Joint& j : model.joints) add(j);
   }
@@ -132,6 +131,7 @@ struct RigidContacts::World {
     }
     btContactSolverInfo info = world_.getSolverInfo();
     info.m_timeStep = dt;
+    info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;  // it would begin with the impulses of the last call
     info.m_erp = info.m_erp2 = removed * share;
     solver_.solveGroup(all_.data(), static_cast<int>(all_.size()), dispatcher_.getInternalManifoldPointer(),
                        dispatcher_.getNumManifolds(), joints.data(), static_cast<int>(joints.size()), info, nullptr,
