@@ -1,19 +1,52 @@
 #pragma once
 // Bodies that fall, touch and hang on hinges, without liquid.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include "ball_mesh.hpp"
 #include "base/eigen_vec.hpp"
+#include "paths.hpp"
 #include "stage_compare.hpp"
 #include "state/rigid_contacts.hpp"
 
 namespace drench::test {
 
 constexpr double g = 9.81, dt = 0.002;  // m/s², s
+
+/// The path of an OBJ file with the mesh.
+inline std::string file_of(const std::string& name, const TestMesh& mesh) {
+  const auto path = own_file(name);
+  std::ofstream out(path);
+  for (const Eigen::Vector3d& x : mesh.points) out << fmt::format("v {:.17g} {:.17g} {:.17g}\n", x[0], x[1], x[2]);
+  for (const auto& t : mesh.triangles) out << fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  return path.string();
+}
+
+/// An angular cup: a hole of 0.08 m that is open above, in a box.
+inline TestMesh cup_mesh(double wall = 0.01) {
+  const double outside = 0.04 + wall;
+  TestMesh mesh = box_mesh({-outside, 0, -outside}, {outside, 0.09 + wall, outside});
+  const TestMesh hole = box_mesh({-0.04, wall, -0.04}, {0.04, 0.09 + wall, 0.04});
+  mesh.points.insert(mesh.points.end(), hole.points.begin(), hole.points.end());
+  for (auto t : hole.triangles) mesh.triangles.push_back({t[0] + 8, t[2] + 8, t[1] + 8});
+  // Their tops become a rim.
+  std::erase_if(mesh.triangles,
+                [](const auto& t) { return std::all_of(t.begin(), t.end(), [](int i) { return (i & 2) != 0; }); });
+  const int ring[4] = {2, 3, 7, 6};
+  for (int k = 0; k < 4; ++k) {
+    const int a = ring[k], b = ring[(k + 1) % 4];
+    mesh.triangles.push_back({a, a + 8, b});
+    mesh.triangles.push_back({b, a + 8, b + 8});
+  }
+  return mesh;
+}
 
 /// Bodies, beside a speck of liquid that touches none.
 inline std::string scene_of(const std::string& bodies) {

@@ -170,9 +170,16 @@ TEST(hinges, hinged_bodies_agree_with_the_reference) {
 
 /// A gate that its stop keeps shut holds the water's whole pressure, be it ever so light.
 TEST(hinges, a_shut_gate_holds_its_water_back) {
-  for (const double density : {1000.0, 50.0}) {
-    const drench::Setup setup =
-        setup_from(gated(fmt::format("density: {}", density), "point: [0.02, 0.39, 0], limits: [0, 60]"));
+  struct Case {
+    double density;
+    std::string hinges;
+  };
+  const std::string one = "point: [0.02, 0.39, -0.05], limits: [0, 60]";
+  for (const auto& [density, hinges] :
+       {Case{1000, one}, Case{50, one},
+        Case{50, one + "}\n  - hinge: {body: gate, axis: [0, 0, 1], point: [0.02, 0.39, 0.05]"}}) {
+    SCOPED_TRACE(hinges);
+    const drench::Setup setup = setup_from(gated(fmt::format("density: {}", density), hinges));
     const auto backend = make_kokkos_backend(setup.model);
     Pipeline pipeline(setup.model, *backend, setup.state);
     double pressure = 0, samples = 0;

@@ -22,32 +22,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::string file_of(const std::string& name, const TestMesh& mesh) {
-  const auto path = own_file(name);
-  std::ofstream out(path);
-  for (const Vector3d& x : mesh.points) out << fmt::format("v {:.17g} {:.17g} {:.17g}\n", x[0], x[1], x[2]);
-  for (const auto& t : mesh.triangles) out << fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
-  return path.string();
-}
-
-/// An angular cup: a box of 0.1 m with a hole of 0.08 m that is open above.
-TestMesh cup_mesh() {
-  TestMesh mesh = box_mesh({-0.05, 0, -0.05}, {0.05, 0.1, 0.05});
-  const TestMesh hole = box_mesh({-0.04, 0.01, -0.04}, {0.04, 0.1, 0.04});
-  mesh.points.insert(mesh.points.end(), hole.points.begin(), hole.points.end());
-  for (auto t : hole.triangles) mesh.triangles.push_back({t[0] + 8, t[2] + 8, t[1] + 8});
-  // Their tops become a rim.
-  std::erase_if(mesh.triangles,
-                [](const auto& t) { return std::all_of(t.begin(), t.end(), [](int i) { return (i & 2) != 0; }); });
-  const int ring[4] = {2, 3, 7, 6};
-  for (int k = 0; k < 4; ++k) {
-    const int a = ring[k], b = ring[(k + 1) % 4];
-    mesh.triangles.push_back({a, a + 8, b});
-    mesh.triangles.push_back({b, a + 8, b + 8});
-  }
-  return mesh;
-}
-
 const char* const floor_plane = "  - plane: {point: [0, 0, 0], normal: [0, 1, 0]}\n";
 
 }  // namespace

@@ -221,7 +221,7 @@ void place_solids(const Constants& constants, Bodies& bodies, const StepInfo& in
   look_for_contacts(bodies, info);
   if (bodies.holding.any) {
     const std::vector<RigidState> ahead = held(bodies, to_host<RigidState>(bodies.state, bodies.count));
-    if (!bodies.ahead.exists()) bodies.ahead = to_device<RigidState>("drench::body_ahead", ahead);
+    if (!bodies.ahead.exists()) bodies.ahead = to_device<RigidState>("drench::body_end", ahead);
     copy_to_device<RigidState>(bodies.ahead, ahead);
   }
   const Entries<const RigidBody> constant = std::as_const(bodies).constant;
