@@ -1,6 +1,6 @@
 #pragma once
 // Sums of floating numbers that are the same in any order, and so on any number of threads and of ranks: each term
-// becomes an integer, and integers add up exactly. Law: docs/theory/mass.md, Sums.
+// becomes an integer, and integers add up exactly. Law: docs/dev/distribution.md, Sums in fixed steps.
 
 #include <cmath>
 #include <cstdint>

@@ -122,7 +122,7 @@ class DrenchObject(bpy.types.PropertyGroup):
 
 class DrenchScene(bpy.types.PropertyGroup):
     spacing: FloatProperty(name="Particle Spacing", default=0.02, min=1e-6, soft_max=0.2, max=10, unit="LENGTH",
-                           precision=4, description="Diameter of a particle. Half the spacing needs at least eight "
+                           precision=4, description="Diameter of a particle. Half the spacing needs at least 16 "
                            "times the run time")
     substeps: IntProperty(name="Steps per Frame", default=10, min=1, soft_max=100, max=10000,
                           description="Time steps per frame")
