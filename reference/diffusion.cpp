@@ -241,6 +241,8 @@ std::vector<double> room_limit(const ReferenceState& state, const std::vector<Qu
     const Quanta room = std::max<Quanta>(0, full - state.s.node_liquid[n] - (in[n] >> 16) - 1024);
     if (in[n] > room) phi[n] = static_cast<double>(room) / static_cast<double>(in[n]);
   }
+  for (const Reservoir& r : m.reservoirs)
+    for (const Index n : r.nodes) phi[n] = 1;
   return phi;
 }
 

@@ -216,6 +216,36 @@ cloth:
   EXPECT_TRUE(supplied_is_over(wrong));
 }
 
+/// A strip that begins full and can hold no more drains into a bath at its lower end, which is as full.
+TEST(diffusion, a_full_strip_drains_into_a_full_bath) {
+  const std::string scene = R"(drench: 1
+time: {step: 0.05, end: 20}
+cloth:
+  - mesh: {grid: {size: [0.02, 0.1], nodes: [3, 21]}}
+    place: {position: [0, 0.05, 0], rotate: {axis: [1, 0, 0], degrees: 90}}
+    dynamics: false
+    initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1}]
+    hold_saturation: [{box: {min: [-1, -0.001, -1], max: [1, 0.001, 1]}, value: 1}]
+    porous: {diffusivity: 2.0e-3, diffusion: degenerate, capillary_height: 0.05, max_saturation: 1}
+)";
+  for (const int steps : {0, 4})
+    compare_stage({.stage = Stage::diffusion, .scene = scene, .steps_before = steps, .changes = "node_liquid"});
+  const auto setup = setup_from(scene);
+  const auto backend = make_kokkos_backend(setup.model);
+  Pipeline pipeline(setup.model, *backend, setup.state);
+  while (pipeline.time() < 20 - 1e-9) pipeline.step(20 - pipeline.time());
+  const HostState s = backend->download();
+  double held = 0, room = 0;
+  for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
+    const double capacity = setup.model.samples.node_capacity[n] / setup.model.quantum;
+    EXPECT_LE(static_cast<double>(s.node_liquid[n]), capacity + 1);
+    held += static_cast<double>(s.node_liquid[n]);
+    room += capacity;
+  }
+  // In equilibrium s = 1 - y / 0.05 m up to 0.05 m: a quarter of the whole.
+  EXPECT_NEAR(held / room, 0.25, 0.02);
+}
+
 TEST(diffusion, between_layers_agrees_with_the_reference) {
   for (const std::string kind : law) {
     SCOPED_TRACE(kind);

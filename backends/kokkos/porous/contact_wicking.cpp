@@ -9,6 +9,7 @@
 #include "cloth/wet_cloth.hpp"
 #include "porous/diffusion_law.hpp"
 #include "porous/hysteresis_law.hpp"
+#include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 #include "state/film.hpp"
 
@@ -360,9 +361,10 @@ MemoryEstimate contact_wicking_bytes(const Sizing& s) {
 }
 
 void wick_through_contacts(const Constants& constants, Cloth& cloth, DiffusionWork& diffusion, ContactWork& work,
-                           double dt, bool with_momentum) {
+                           ReservoirWork& reservoirs, double dt, bool with_momentum) {
   offer(constants, cloth, work, dt, with_momentum);
   limit(cloth, diffusion, work);
+  if (constants.model.has_reservoirs()) open_reservoirs(constants, reservoirs, diffusion.in_share);
   if (constants.model.has_solute()) gain_solute(cloth, diffusion, work);
   transfer(cloth, diffusion, work, with_momentum);
   if (with_momentum) push_nodes(constants, cloth, diffusion, work);

@@ -11,6 +11,6 @@ void find_contacts(const Constants& constants, const NeighborLists& lists, const
 MemoryEstimate contact_wicking_bytes(const Sizing& s);
 /// One sub-step; `with_momentum` changes diffusion_work.velocity.
 void wick_through_contacts(const Constants& constants, Cloth& cloth, DiffusionWork& diffusion, ContactWork& work,
-                           double dt, bool with_momentum);
+                           ReservoirWork& reservoirs, double dt, bool with_momentum);
 
 }  // namespace drench::kokkos_backend

@@ -330,9 +330,10 @@ void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cl
     const bool last = k + 1 == substeps;
     if (constants.model.has_hysteresis()) turn_nodes(constants, cloth);
     limit(constants, cloth, work, dt, with_momentum && k == 0);
+    if (constants.model.has_reservoirs()) open_reservoirs(constants, reservoirs, work.in_share);
     if (constants.model.has_solute()) transfer_solute(cloth, work);
     transfer(constants, cloth, work, with_momentum, last && !layers);
-    if (layers) wick_through_contacts(constants, cloth, work, contacts, dt, with_momentum);
+    if (layers) wick_through_contacts(constants, cloth, work, contacts, reservoirs, dt, with_momentum);
     if (!last && constants.model.has_reservoirs()) reservoir(constants, cloth, reservoirs, accounts);
   }
   if (with_momentum && layers) give_velocities(cloth, work);

@@ -66,6 +66,15 @@ Quanta hold(Cloth& cloth, const ReservoirWork& work) {
 
 }  // namespace
 
+void open_reservoirs(const Constants& constants, ReservoirWork& work, Field<double>& in_share) {
+  if (work.node.extent(0) == 0) upload_targets(constants, work);
+  const Slice<const Index> node = work.node;
+  const Entries<double> share = in_share;
+  parallel(
+      "drench::reservoir::open", static_cast<Index>(node.extent(0)),
+      KOKKOS_LAMBDA(const Index k) { share(node(k)) = 1; });
+}
+
 void reservoir(const Constants& constants, Cloth& cloth, ReservoirWork& work, Accounts& accounts) {
   cloth.soaked.advance();
   if (work.node.extent(0) == 0) upload_targets(constants, work);

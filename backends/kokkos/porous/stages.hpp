@@ -36,5 +36,7 @@ void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cl
                StepReport& report);
 MemoryEstimate diffusion_bytes(const Sizing& s);
 void reservoir(const Constants& constants, Cloth& cloth, ReservoirWork& work, Accounts& accounts);
+/// The nodes of reservoirs take all inflow: φ^in = 1 (docs/theory/porous.md, Limiters).
+void open_reservoirs(const Constants& constants, ReservoirWork& work, Field<double>& in_share);
 
 }  // namespace drench::kokkos_backend
