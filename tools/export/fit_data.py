@@ -6,6 +6,7 @@ import re
 
 import numpy
 
+import fit_strip
 from refusal import fail
 
 # dimension and factor to the SI unit
@@ -36,32 +37,50 @@ STRIP_WIDTH, GAUGE, PULL = 0.05, 0.2, 0.1 / 60  # m, m, m/s, of the tensile test
 
 
 class Test:
-    """What `drench fit` can compare with a test. A column is its name in curve.csv, or such names and a function of them."""
+    """What `drench fit` can compare with a test. A column is its name in curve.csv, or such names and a function.
 
-    def __init__(self, aliases, across, columns, numbers, directions=False, end=None):
+    `end`: time, s, at which the test ends at the latest. `extends`: largest value, in SI units, of each name of
+    `across` up to which a fit moves that time to the last point of the data. `stops`: the event at which the test
+    ends earlier. `most`: largest value, in SI units, that a quantity can have in this test, and the reason."""
+
+    def __init__(self, aliases, across, columns, numbers, directions=False, end=None, extends=None, stops="",
+                 most=None):
         self.aliases, self.across, self.columns, self.numbers = aliases, across, columns, numbers
-        self.directions, self.end = directions, end  # end: {name of `across`: (time in s per SI unit, largest value in SI units)}
+        self.directions, self.end, self.extends = directions, end, extends or {}
+        self.stops, self.most = stops, most or {}
 
 
 TIME = {"time": "time (s)"}
+SECONDS = {"time": 1.0, "strain": GAUGE / PULL, "extension": 1 / PULL}  # of a test, per SI unit of its `across`
 TESTS = {
     "aatcc197": Test(["vertical-wicking"], TIME, {"height": "wicking height (mm)", "mass": "absorbed water (g)"}, {}, True,
-                     {"time": (1.0, 7200.0)}),
+                     end=600, extends={"time": 7200.0},
+                     most={"height": (fit_strip.TOP, "the end of the strip above the water")}),
     "aatcc198": Test(["horizontal-wicking"], TIME, {
         "length": "wet length (mm)", "width": "wet width (mm)", "mass": "absorbed water (g)",
-        "area": (["wet length (mm)", "wet width (mm)"], "mm2", lambda a, b: math.pi / 4 * a * b)}, {"horizontal wicking rate": "rate"}),
+        "area": (["wet length (mm)", "wet width (mm)"], "mm2", lambda a, b: math.pi / 4 * a * b)},
+        {"horizontal wicking rate": "rate"},
+        end=300, stops="the spot reaches a circle of 100 mm",
+        most={"length": (0.2, "the specimen"), "width": (0.2, "the specimen"), "area": (0.04, "the specimen"),
+              "mass": (1.05e-3, "the water and 5 % of scatter")}),
     "aatcc79": Test(["drop"], TIME, {
         "mass": "absorbed water (mg)", "diameter": "wet diameter (mm)",
-        "area": (["wet diameter (mm)"], "mm2", lambda d: math.pi / 4 * d * d)}, {"wetting time": "wetting_time"}),
-    "iso9073-14": Test(["wetback"], TIME, {"mass": "water in the pick-up paper (g)"}, {"wetback": "wetback"}),
+        "area": (["wet diameter (mm)"], "mm2", lambda d: math.pi / 4 * d * d)}, {"wetting time": "wetting_time"},
+        end=60, stops="the drop is absorbed, or is absorbed too slowly",
+        most={"diameter": (0.06, "the specimen"), "area": (0.0036, "the specimen"),
+              "mass": (0.0525e-3, "the drop and 5 % of scatter")}),
+    "iso9073-14": Test(["wetback"], TIME, {"mass": "water in the pick-up paper (g)"}, {"wetback": "wetback"}, end=120),
     "iso17617": Test(["drying"], {"time": "time (min)"}, {
         "mass": "residual water (g)", "residual": "residual water (%)", "area": "wet area (cm2)"},
-        {"drying rate": "drying_rate", "time to dry": "time_to_dry"}),
-    "iso9073-9": Test(["drape", "cusick"], {}, {}, {"drape coefficient": "drape_coefficient"}),
+        {"drying rate": "drying_rate", "time to dry": "time_to_dry"}, end=21600,
+        stops="less than 10 % of the water is left",
+        most={"residual": (1.05, "all of the water and 5 % of scatter"), "area": (0.01, "the specimen")}),
+    "iso9073-9": Test(["drape", "cusick"], {}, {}, {"drape coefficient": "drape_coefficient"},
+                      most={"drape coefficient": (1.0, "a flat specimen")}),
     "iso13934-1": Test(["tensile"], {"strain": "strain (%)", "extension": "extension (mm)"}, {
         "force": "force (N)", "line force": (["force (N)"], "N/m", lambda f: f / STRIP_WIDTH)},
-        {"tensile stiffness": "stiffness"}, True,
-        {"strain": (GAUGE / PULL, 0.5), "extension": (1 / PULL, 0.5 * GAUGE)}),
+        {"tensile stiffness": "stiffness"}, True, end=0.05 * GAUGE / PULL,
+        extends={"strain": 0.5, "extension": 0.5 * GAUGE}),
     "iso9073-7": Test(["astm-d1388", "cantilever"], {}, {},
                       {"bending length": "bending_length", "flexural rigidity": "flexural_rigidity"}, True),
     "iso811": Test(["hydrostatic-head"], {}, {}, {"hydrostatic head": "head", "pressure": "pressure"}),
@@ -91,8 +110,9 @@ def factor(unit, wanted):
 class Curve:
     """One file: what was measured, in the units of the test's own curve."""
 
-    def __init__(self, path, test_name, direction):
+    def __init__(self, path, test_name, direction, given_end=None, standard_specimen=True):
         self.path, self.test_name, self.test, self.direction = path, test_name, TESTS[test_name], direction
+        self.given_end, self.standard_specimen = given_end, standard_specimen  # s, of --set time.end
         rows = self._read()
         self._place_columns(*rows[0])
         self._take_rows(rows[1:])
@@ -107,12 +127,22 @@ class Curve:
                 lines = file.read().splitlines()
         except (OSError, UnicodeDecodeError) as error:
             fail(f"{self.path}: cannot be read: {getattr(error, 'strerror', None) or 'it is not a text in UTF-8'}")
-        self.about = [line.lstrip("# ").strip() for line in lines if line.startswith("#")]
-        kept = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+        comments = [line.lstrip().startswith("#") for line in lines]
+        self.about = [line.strip().lstrip("# ") for line, comment in zip(lines, comments) if comment]
+        kept = [(n, line) for n, (line, comment) in enumerate(zip(lines, comments), 1) if line.strip() and not comment]
         if not kept:
             fail(f"{self.path}: no header; for example: time (s),height (mm)")
-        mark = max(";\t,", key=kept[0][1].count) if any(c in kept[0][1] for c in ";\t,") else ","
-        return [(n, next(csv.reader([line], delimiter=mark))) for n, line in kept]
+        self.mark = max(";\t,", key=kept[0][1].count) if any(c in kept[0][1] for c in ";\t,") else ","
+        rows = [(n, next(csv.reader([line], delimiter=self.mark))) for n, line in kept]
+        header = rows[0][1]
+        while len(header) > 1 and not header[-1].strip():  # spreadsheets end lines with delimiters
+            header.pop()
+        for _, words in rows[1:]:
+            while len(words) > len(header) and not words[-1].strip():
+                words.pop()
+        if all(map(is_number, rows[0][1])):
+            self.refuse(rows[0][0], "no header above the values; for example: time (s),height (mm)")
+        return rows
 
     def _place_columns(self, line, words):
         self.header_line, self.count, self.x_at, self.y_at, self.sd_at = line, len(words), None, None, None
@@ -123,6 +153,10 @@ class Curve:
                     self.direction = direction
                     name = re.sub(rf"[\s,]*\b{direction}\b[\s,]*", " ", name).strip()
             name = SYNONYMS.get(name, name)
+            known = (*self.test.across, *self.test.columns, *self.test.numbers, "standard deviation", "sd")
+            if not unit and name not in known:
+                name = word.strip() or f"column {k + 1}"
+                self.refuse(line, f"{name}: is no quantity of this test; remove this column; {self._allowed()}")
             if not unit:
                 self.refuse(line, f"{word.strip()}: the unit is missing; write for example: time (s),height (mm)")
             if unit not in UNITS:
@@ -176,11 +210,14 @@ class Curve:
         x, y, sd, self.lines = [], [], [], []
         for line, words in rows:
             if len(words) != self.count:
-                self.refuse(line, f"{len(words)} values; the header has {self.count} columns")
+                more = self.mark == "," and len(words) > self.count
+                commas = more and all(re.fullmatch(r"\s*\d+\s*", w) for w in words[1:])
+                self.refuse(line, f"{len(words)} values; the header has {self.count} columns" +
+                            ("; write decimal points if these are decimal commas" if commas else ""))
             try:
                 values = [float(word) for word in words]
             except ValueError:
-                self.refuse(line, f"{next(w for w in words if not is_number(w)).strip() or 'an empty value'}: is not a number")
+                self.refuse(line, not_a_number(next(w for w in words if not is_number(w)).strip()))
             if not all(map(math.isfinite, values)):
                 self.refuse(line, "a value is not finite")
             if self.sd_at is not None and not values[self.sd_at] > 0:
@@ -199,32 +236,88 @@ class Curve:
                 self.refuse(line, f"{self.y_name}: {value:g} {self.y_unit} is not possible; allowed: 0 or more (scatter around 0 "
                                   "down to -5 % of the largest value)")
         self.given_x, self.given_y, self.given_sd = numpy.array(x), numpy.array(y), numpy.array(sd)
+        self.kept, self.note = numpy.ones(len(y), bool), ""
+        self._check_most()
         if self.x_at is not None:
             self.x = self.given_x * self.x_factor
             if numpy.any(numpy.diff(self.x) < 0):
                 self.refuse(self.lines[int(numpy.argmax(numpy.diff(self.x) < 0)) + 1], f"{self.x_name} must not decrease")
-            if self.test.end:
-                longest = self.test.end[self.x_name][1] / UNITS[self.x_unit][1]
-                if self.given_x[-1] > longest * (1 + 1e-9):
-                    line = self.lines[int(numpy.argmax(self.given_x > longest))]
-                    self.refuse(line, f"{self.x_name}: {self.given_x[-1]:g} {self.x_unit} is not allowed; "
-                                      f"allowed: 0 to {longest:g} {self.x_unit}")
+            self._check_end()
             self._settle()
+
+    def _check_most(self):
+        """Values that the test cannot reach are most often in another unit."""
+        if self.y_name not in self.test.most or not self.standard_specimen:
+            return
+        most, reason = self.test.most[self.y_name]
+        dimension, size = UNITS[self.y_unit]
+        above = self.given_y * size > most * (1 + 1e-9)
+        if dimension != self._dimension() or not above.any():
+            return
+        k, largest = int(numpy.argmax(above)), float(self.given_y.max())
+        others = [u for u, (d, f) in UNITS.items() if d == dimension and f < size and 0.05 * most < largest * f <= most]
+        remedy = f"is the unit {others[0]}?" if others else "check the unit, or remove such points"
+        unit = "" if self.y_unit == "1" else f" {self.y_unit}"
+        self.refuse(self.lines[k], f"{self.y_name}: {self.given_y[k]:g}{unit} is not possible in {self.test_name}; "
+                                   f"allowed: at most {most / size:.4g}{unit}, {reason}; {remedy}")
+
+    def _dimension(self):
+        """Of the measured quantity in this test."""
+        if self.x_at is None:
+            return "ratio"  # of all numbers with a largest value
+        return UNITS[self.source[1] if isinstance(self.source, tuple) else parse_column(self.source)[1]][0]
+
+    def _check_end(self):
+        per_unit = UNITS[self.x_unit][1]
+        if self.given_end:
+            longest, reason = self.given_end / SECONDS[self.x_name], ", where --set time.end ends the test"
+        elif self.test.extends:
+            longest, reason = self.test.extends[self.x_name], ""
+        else:
+            longest, reason = self.test.end, ", where the test ends; --set time.end=SECONDS moves its end"
+        late = self.given_x * per_unit > longest * (1 + 1e-9)
+        if late.any():
+            k = int(numpy.argmax(late))
+            self.refuse(self.lines[k], f"{self.x_name}: {self.given_x[k]:g} {self.x_unit} is not allowed; "
+                                       f"allowed: 0 to {longest / per_unit:g} {self.x_unit}{reason}")
 
     def _settle(self):
         self.y = self.given_y * self.y_factor
-        self.scale = float(numpy.sqrt(numpy.mean(self.y**2))) or 1.0
+        self.scale = float(numpy.sqrt(numpy.mean(self.y[self.kept]**2))) or 1.0
         self.weight = numpy.ones_like(self.y)
         if self.sd_at is not None:
             sd = self.given_sd * self.sd_factor
-            self.weight = numpy.mean(sd) / sd
+            self.weight = numpy.mean(sd[self.kept]) / sd
 
     @property
     def end(self):
-        """The time, s, at which a test covers the data; None where the test ends by itself."""
-        if self.x_at is None or not self.test.end:
+        """The time, s, at which a test covers the data; None where a fit does not move its end."""
+        if not self.test.extends:
             return None
-        return float(self.given_x[-1]) * UNITS[self.x_unit][1] * self.test.end[self.x_name][0]
+        if self.x_at is None:  # a number of the whole test, also beside a shorter curve
+            return self.test.end
+        return float(self.given_x[-1]) * UNITS[self.x_unit][1] * SECONDS[self.x_name]
+
+    def covered(self, result, reach=1.0):
+        """Which points are within the simulated test, which may end at an event that depends on the fitted values."""
+        if self.x_at is None:
+            return numpy.ones(len(self.given_y), bool)
+        return self.x <= result.column(self.x_column, self.direction)[-1] * reach * (1 + 1e-5)
+
+    def keep(self, points, result):
+        """Leaves out the others, which are the last ones: `across` does not decrease. `note` is a line about them."""
+        self.kept, self.note = points, ""
+        if points.all():
+            self._settle()
+            return
+        first = int(numpy.argmin(points))
+        end = result.column(self.x_column, self.direction)[-1] / self.x_factor
+        count = len(self.lines) - first
+        which = f"{count} points from this line on are" if count > 1 else "this last point is"
+        self.note = (f"{self.path}:{self.lines[first]}: {self.test_name} ends at {end:.4g} {self.x_unit} with the "
+                     f"fitted values ({self.test.stops}), so {which} left out")
+        if points.any():
+            self._settle()
 
     def model(self, result):
         """The test's values at the points of the data, in the test's units."""
@@ -238,7 +331,7 @@ class Curve:
         names, compute = ([self.source], lambda v: v) if isinstance(self.source, str) else (self.source[0], self.source[2])
         x = result.column(self.x_column, self.direction)
         y = compute(*[result.column(name, self.direction) for name in names])
-        return numpy.interp(self.x, x, y)
+        return numpy.where(self.x <= x[-1], numpy.interp(self.x, x, y), continued(x, y, self.x))
 
     def dense(self, result):
         """The test's whole curve in the units of the file, for plots."""
@@ -250,7 +343,25 @@ class Curve:
     def residuals(self, result):
         """Model minus data over the file's root mean square, so that files of several quantities weigh the same per point."""
         model = self.model(result)
-        return (model - self.y) / self.scale * self.weight
+        return ((model - self.y) / self.scale * self.weight)[self.kept]
+
+
+def continued(x, y, at):
+    """A curve after its end, by the power law of its second half and at most to twice its end. Only the search uses
+    such values, whose trial points may end the test before a point of the data; no reported error contains them."""
+    middle, last = float(numpy.interp(x[-1] / 2, x, y)), float(y[-1])
+    if not (x[-1] > 0 and middle > 0 and last > 0):
+        return numpy.full(len(at), last)
+    power = min(max(math.log(last / middle) / math.log(2), -4.0), 1.0)
+    return last * numpy.clip(at / x[-1], 1, 2)**power
+
+
+def not_a_number(word):
+    if re.fullmatch(r"[-+]?\d+,\d+(e[-+]?\d+)?", word, re.IGNORECASE):
+        return f"{word}: is not a number; write a decimal point: {word.replace(',', '.')}"
+    if "#" in word:
+        return f"{word}: is not a number; write comments in lines of their own"
+    return f"{word or 'an empty value'}: is not a number"
 
 
 def is_number(word):

@@ -53,6 +53,12 @@ class Result:
         return numpy.array(wanted[0][name])
 
 
+def is_of_fabric(setting):
+    """Whether a KEY=VALUE of --set changes the fabric of the specimen, and not its shape or the test."""
+    return re.match(r"cloth\.0\.(fabric|areal_density|thickness|compression|stretch|membrane|bend|bending|friction|"
+                    r"adhesion|strain_limit|porous)\b", setting)
+
+
 def number_text(value):
     return f"{value:.7g}"
 
@@ -100,8 +106,7 @@ class Program:
 
     def values(self):
         """Numbers of cloth.0 before the fit, from the scene that the program resolves: {key: value}."""
-        own = [s for s in self.settings if re.match(r"cloth\.0\.(fabric|areal_density|thickness|compression|stretch|membrane|bend|"
-                                                    r"bending|friction|adhesion|strain_limit|porous)\b", s)]
+        own = list(filter(is_of_fabric, self.settings))
         with tempfile.TemporaryDirectory() as scratch:
             scene = Path(scratch) / "fabric.yaml"
             scene.write_text("drench: 1\ncloth:\n  - name: specimen\n    fabric: " + json.dumps(self.fabric) +

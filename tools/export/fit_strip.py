@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 
 LENGTH, CELLS, IMMERSED, WET = 0.165, 82, 0.005, 0.1  # m, 1, m, saturation, as in src/laboratory/wicking_tests.cpp
 WIDTH, DENSITY = 0.025, 1000.0  # m, kg/m³
+TOP = (CELLS - int(IMMERSED * CELLS / LENGTH + 1e-6)) * LENGTH / CELLS  # m, of the strip's end above the water
 
 # keys that this model knows; with others, only the simulation is right
 KEYS = {"porous.diffusivity", "porous.weft_diffusivity", "porous.diffusion_exponent", "porous.capillary_height",
@@ -53,7 +54,7 @@ def heights(rows):
     for s in rows:
         dry = numpy.flatnonzero(s[first + 1:] < WET)
         if len(dry) == 0:
-            found.append((CELLS - first) * cell)
+            found.append(TOP)
             continue
         k = first + 1 + dry[0]
         below = 1.0 if k == first + 1 else s[k - 1]
