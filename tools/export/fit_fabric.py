@@ -1,6 +1,7 @@
 """What `drench fit` runs: finds values of a fabric with which tests of `drench test` give measured curves (docs/manual/fit.md)."""
 
 import argparse
+import itertools
 import json
 import math
 import os
@@ -22,10 +23,13 @@ except ImportError as error:
 
 import fit_report  # noqa: E402
 from fit_data import Curve, is_number, test_named  # noqa: E402
-from fit_runs import Program, Rejection, RunError, resolve  # noqa: E402
+from fit_runs import Program, Rejection, RunError, is_of_fabric, resolve  # noqa: E402
 
 STEP = 0.03  # of the logarithm of a parameter, for differences
 SPAN = 100.0  # bounds over and under the start, by default
+EXACT = 1e-4  # error over the root mean square of the data, below which the search ends: less than that of a run
+WIDEST = SPAN**2  # ratio of the ends of an interval: a wider one says nothing about the value
+FLAT = 0.02  # change of a curve over its largest value, below which it is warned of
 AGREE = 0.01  # largest difference of the strip's equation from the simulation, over the root mean square of the data
 
 # where a parameter acts, for advice
@@ -48,13 +52,25 @@ ADVICE = {
 }
 
 
+class Exact(Exception):
+    """The search met the data; `x` is the point."""
+
+    def __init__(self, x):
+        super().__init__()
+        self.x = x
+
+
 class Fit:
     def __init__(self, opt):
         self.opt = opt
-        directions = opt.direction
-        self.curves = [Curve(path, test, directions) for path, test in pairs(opt.data, opt.test, "--test", "data file")]
-        self.held = [Curve(path, test, directions) for path, test in
+        if opt.hold_out_test and not opt.hold_out:
+            fail("--hold-out-test: names the test of a file of --hold-out, which is missing")
+        end, standard = given_end(opt.set), all(is_of_fabric(s) or s.startswith(("time.", "air.")) for s in opt.set)
+        self.curves = [Curve(path, test, opt.direction, end, standard) for path, test in
+                       pairs(opt.data, opt.test, "--test", "data file")]
+        self.held = [Curve(path, test, opt.direction, end, standard) for path, test in
                      pairs(opt.hold_out, opt.hold_out_test or opt.test[:1], "--hold-out-test", "--hold-out")]
+        self._check_data()
         self.folder = output_folder(opt)
         if opt.fabric.endswith((".yaml", ".yml")):
             opt.fabric = str(Path(opt.fabric).resolve())
@@ -78,6 +94,27 @@ class Fit:
         self.quick = False
         self.evaluations = 0
         self.warnings = []
+
+    def _check_data(self):
+        for c in self.curves:
+            if not c.given_y.max() > 0:
+                c.refuse(c.lines[0], f"{c.y_name}: no value is above 0, so there is nothing to fit")
+        fitted = [Path(c.path).resolve() for c in self.curves]
+        for k, path in enumerate(fitted):
+            if path in fitted[:k]:  # its points would count twice, and the intervals would be too narrow
+                fail(f"{self.curves[k].path}: is given twice; remove one")
+        for c in self.held:
+            if Path(c.path).resolve() in fitted:
+                fail(f"--hold-out: {c.path} is fitted too, so it cannot be predicted; remove it from one of them")
+        points, parameters = self.points(), len(self.opt.parameters)
+        if not parameters:
+            fail("--parameters: names no key of the fabric; for example: --parameters diffusivity,capillary_height")
+        if points < parameters:
+            fail(f"{points} point{'s' if points > 1 else ''} for {parameters} parameters; "
+                 "add points, or fix parameters with --set")
+
+    def points(self):
+        return sum(int(c.kept.sum()) for c in self.curves)
 
     def _choose_start(self):
         given, bounds = {}, {}
@@ -150,7 +187,10 @@ class Fit:
         found = self.residuals(x)
         self.evaluations += 1
         text = ", ".join(f"{k.rsplit('.', 1)[-1]} {v:.4g}" for k, v in self.values(x).items())
-        self.say(f"[{self.evaluations}] {text}: error {100 * math.sqrt(numpy.mean(found**2)):.2f} %")
+        error = math.sqrt(numpy.mean(found**2))
+        self.say(f"[{self.evaluations}] {text}: error {100 * error:.2f} %")
+        if error < EXACT:
+            raise Exact(x)
         return found
 
     def differences(self, x, central=False):
@@ -183,9 +223,45 @@ class Fit:
     # ---- the fit
 
     def solve(self, start):
+        """The solution and whether the search converged."""
         inside = numpy.clip(start, self.low + 1e-9, self.high - 1e-9)
-        return least_squares(self.cost, inside, jac=self.jacobian, bounds=(self.low, self.high), method="trf",
-                             x_scale=1.0, xtol=1e-3, ftol=1e-4, gtol=1e-9, max_nfev=self.opt.max_steps)
+        try:
+            found = least_squares(self.cost, inside, jac=self.jacobian, bounds=(self.low, self.high), method="trf",
+                                  x_scale=1.0, xtol=1e-3, ftol=1e-4, gtol=1e-9, max_nfev=self.opt.max_steps)
+        except Exact as exact:
+            return rounded(exact.x), True
+        return rounded(found.x), found.status != 0
+
+    def of_varying_end(self):
+        return [c for c in self.curves if c.x_at is not None and not c.test.extends]
+
+    def leave_out_far(self, x):
+        """Leaves out, before the search, points much later than the end of the test, which would mislead it."""
+        for c in self.of_varying_end():
+            result = self.result(c.test_name, x)
+            near = c.covered(result, reach=2)
+            if self.points() - numpy.sum(~near) >= len(self.names) and numpy.any(c.given_y[near] > 0):
+                c.keep(near, result)
+
+    def leave_out(self, x, shrink):
+        """Leaves out the points after the end of a test that ends at an event; returns whether the points have changed.
+        With `shrink` it adds none again, so that a search that is repeated with the points that remain ends."""
+        changed = False
+        for c in self.of_varying_end():
+            result = self.result(c.test_name, x)
+            covered = c.covered(result)
+            if shrink:
+                covered &= c.kept
+            same = numpy.array_equal(covered, c.kept)
+            c.keep(covered, result)  # also if they are the same: the end of the test has moved
+            if same:
+                continue
+            changed = True
+            if not numpy.any(c.given_y[covered] > 0):
+                fail(f"{c.note}; no point with a value above 0 remains")
+            if self.points() < len(self.names):
+                fail(f"{c.note}; too few remain for {len(self.names)} parameters")
+        return changed
 
     def run(self):
         quick_tests = [c.test_name for c in self.curves if self.program.has_strip(c.test_name, self.names)]
@@ -196,20 +272,42 @@ class Fit:
             self.quick = apart <= AGREE
             self.say(f"aatcc197: the equation of the strip and the simulation differ by {100 * apart:.2f} %; the fit "
                      + ("uses the equation" if self.quick else "uses simulations"))
-        found = self.solve(self.start)
-        x = rounded(found.x)
-        if self.quick:
-            self.agreement = self.difference(x)
-            if self.agreement > AGREE:
-                self.say(f"at the solution they differ by {100 * self.agreement:.2f} %; the fit continues with simulations")
-                self.quick, self.agreement = False, None
-                found = self.solve(x)
-                x = rounded(found.x)
-        if found.status == 0:
+        x = self.start
+        self.leave_out_far(x)
+        for attempt in itertools.count():
+            x, converged = self.solve(x)
+            if self.quick:
+                self.agreement = self.difference(x)
+                if self.agreement > AGREE:
+                    self.say(f"at the solution they differ by {100 * self.agreement:.2f} %; "
+                             "the fit continues with simulations")
+                    self.quick, self.agreement = False, None
+                    x, converged = self.solve(x)
+            if not self.leave_out(x, shrink=attempt > 1):
+                break
+            self.say(f"the fit continues with the {self.points()} points that the tests cover")
+            x = min((x, self.start), key=lambda v: numpy.linalg.norm(self.residuals(v)))
+        if not converged:
             self.warnings.append(f"the fit did not converge in {self.opt.max_steps} steps; use --max-steps or closer --bounds")
         self.begin(x, self.curves + self.held, simulate=True)
+        self.warn_of_data(x)
         self.statistics(x)
         return self.report(x)
+
+    def warn_of_data(self, x):
+        for c in self.curves:
+            if c.note:
+                self.warnings.append(c.note)
+            if c.x_at is not None and c.kept.sum() > 1 and numpy.ptp(c.y[c.kept]) < FLAT * c.y.max():
+                self.warnings.append(f"{c.path}: {c.y_name} changes by less than {100 * FLAT:g} % over these points, "
+                                     "so they do not determine how fast it changes; add points before")
+        for c in list(self.held):
+            result = self.result(c.test_name, x, simulate=True)
+            c.keep(c.covered(result), result)
+            if c.note:
+                self.warnings.append(c.note)
+            if not c.kept.any():
+                self.held.remove(c)
 
     def statistics(self, x):
         jacobian = self.jacobian(x, central=True)
@@ -217,11 +315,11 @@ class Fit:
         self.freedom = len(residuals) - len(x)
         norms = numpy.linalg.norm(jacobian, axis=0)
         self.acts = norms > 1e-3 * math.sqrt(len(residuals))  # 1 % more of it changes the curves by more than 0.001 %
-        self.intervals = [(math.exp(a), math.exp(b)) for a, b in zip(self.low, self.high)]
+        self.intervals = [None] * len(x)
         self.sigma = math.sqrt(float(residuals @ residuals) / self.freedom) if self.freedom > 0 else None
         self.correlation = numpy.eye(len(x))
-        at_bound = [k for k in range(len(x)) if min(x[k] - self.low[k], self.high[k] - x[k]) < 1e-3]
-        for k in at_bound:
+        self.at_bound = [k for k in range(len(x)) if min(x[k] - self.low[k], self.high[k] - x[k]) < 1e-3]
+        for k in self.at_bound:
             self.warnings.append(f"{self.names[k]} ended at its bound, {math.exp(x[k]):.4g}; widen it with --bounds, "
                                  "or fix the value with --set")
         for k, name in enumerate(self.names):
@@ -245,9 +343,15 @@ class Fit:
         if self.sigma is not None:
             reach = scipy.stats.t.ppf(0.975, self.freedom) * self.sigma * deviation
             for k, r in zip(active, reach):
-                r = min(float(r), 50.0)
-                self.intervals[k] = (math.exp(x[k] - r), math.exp(x[k] + r))
-        self._warn_of_correlation(active, correlation, deviation, axes)
+                if 2 * r < math.log(WIDEST) and k not in self.at_bound:  # there the error is not at its minimum
+                    self.intervals[k] = (math.exp(x[k] - r), math.exp(x[k] + r))
+        named = self._warn_of_correlation(active, correlation, deviation, axes)
+        for k in active:
+            explained = self.names[k] in named or k in self.at_bound
+            if self.sigma is not None and self.intervals[k] is None and not explained:
+                test = TESTS_FOR.get(self.names[k], "another test")
+                self.warnings.append(f"{self.names[k]} is not determined: its 95 % interval is wider than a factor of "
+                                     f"{WIDEST:g}; fix it with --set, or add a curve of {test}")
 
     def _warn_of_correlation(self, active, correlation, deviation, axes):
         named = set()
@@ -265,38 +369,47 @@ class Fit:
             if len(weak) > 1 and not named.issuperset(weak):
                 self.warnings.append(f"the Jacobian is nearly singular (condition number {self.condition:.1e}): "
                                      f"{', '.join(weak)} cannot be told apart; fix one of them with --set, or add a curve of another test")
+                named.update(weak)
+        return named
 
     def compare(self, curve, x):
         """How far a simulated curve is from its data, in the file's units."""
-        result = self.result(curve.test_name, x, simulate=True)
-        model = curve.model(result)
-        error = (model - curve.y) / curve.y_factor
-        size = float(numpy.sqrt(numpy.mean(curve.given_y**2)))
+        model = curve.model(self.result(curve.test_name, x, simulate=True))[curve.kept] / curve.y_factor
+        given = curve.given_y[curve.kept]
+        error = model - given
+        size = float(numpy.sqrt(numpy.mean(given**2)))
         rms = float(numpy.sqrt(numpy.mean(error**2)))
-        spread = float(numpy.sum((curve.given_y - curve.given_y.mean())**2))
+        # Specimens have a scatter, but their order has no meaning, and R² is not above 0 even if the mean is met.
+        specimens = curve.x_at is None
+        spread = 0 if specimens else float(numpy.sum((given - given.mean())**2))
+        scatter = float(given.std(ddof=1)) if specimens and len(given) > 1 else None
         centred = error - error.mean()
-        lag = float(centred[1:] @ centred[:-1] / (centred @ centred)) if len(error) > 5 and centred @ centred > 0 else None
+        has_lag = not specimens and len(error) > 5 and centred @ centred > 0
+        lag = float(centred[1:] @ centred[:-1] / (centred @ centred)) if has_lag else None
         return {"file": str(curve.path), "about": curve.about, "test": curve.test_name, "direction": curve.direction,
                 "quantity": curve.y_name, "unit": curve.y_unit, "across": curve.x_name if curve.x_at is not None else None,
                 "across_unit": curve.x_unit if curve.x_at is not None else None, "points": len(error), "rms_error": rms,
                 "relative_error": rms / size if size else None, "mean_error": float(error.mean()),
                 "largest_error": float(numpy.max(numpy.abs(error))), "r_squared": 1 - float(error @ error) / spread if spread else None,
-                "lag_correlation": lag,
+                "scatter": scatter, "mean": float(given.mean()), "lag_correlation": lag,
+                "left_out": [line for line, kept in zip(curve.lines, curve.kept) if not kept],
                 "rows": [[None if curve.x_at is None else float(a), float(b), float(c)] for a, b, c in
-                         zip(curve.given_x, curve.given_y, model / curve.y_factor)]}
+                         zip(curve.given_x[curve.kept], given, model)]}
 
     def report(self, x):
         curves = [self.compare(c, x) for c in self.curves]
         held = [self.compare(c, x) for c in self.held]
         for c in curves:
-            if c["lag_correlation"] is not None and c["lag_correlation"] > 0.5 and c["relative_error"] > 0.005:
+            lag = c["lag_correlation"]
+            if lag is not None and lag > 0.5 and c["relative_error"] > 0.005:
                 self.warnings.append(f"{c['file']}: the residuals are systematic (lag-1 correlation {c['lag_correlation']:.2f}): the model "
                                      "does not have the shape of this curve, and the intervals are too narrow")
         info = self.program.version
-        parameters = [{"key": f"cloth.0.{k}", "value": float(f"{math.exp(v):.5g}"), "low": i[0], "high": i[1], "unit": self.keys[k][2],
-                       "start": float(numpy.exp(s)), "identified": bool(a) and self.sigma is not None and i[1] <= 4 * i[0],
-                       "interval": bool(a) and self.sigma is not None}
-                      for k, v, i, s, a in zip(self.names, x, self.intervals, self.start, self.acts)]
+        parameters = [{"key": f"cloth.0.{k}", "value": float(f"{math.exp(v):.5g}"),
+                       "low": i and i[0], "high": i and i[1], "unit": self.keys[k][2], "start": float(numpy.exp(s)),
+                       "identified": i is not None and i[1] <= 4 * i[0], "interval": i is not None,
+                       "at_bound": n in self.at_bound}
+                      for n, (k, v, i, s) in enumerate(zip(self.names, x, self.intervals, self.start))]
         found = {"fabric": self.opt.fabric, "settings": self.opt.set, "parameters": parameters,
                  "correlation": numpy.round(self.correlation, 4).tolist(), "condition_number": self.condition,
                  "residual_deviation": self.sigma, "degrees_of_freedom": self.freedom, "curves": curves, "held_out": held,
@@ -320,6 +433,16 @@ class Fit:
 def rounded(x):
     """Logarithms of the numbers that are printed."""
     return numpy.log([float(f"{v:.5g}") for v in numpy.exp(x)])
+
+
+def given_end(settings):
+    """The time, s, at which --set ends the tests; None without it."""
+    words = [s.partition("=")[2] for s in settings if s.startswith("time.end=")]
+    if not words:
+        return None
+    if not is_number(words[-1]) or not float(words[-1]) > 0:
+        fail(f"--set: time.end={words[-1]} is not allowed; allowed: a number of seconds above 0")
+    return float(words[-1])
 
 
 def pairs(files, tests, option, what):

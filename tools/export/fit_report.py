@@ -19,6 +19,8 @@ def basis(parameter):
 
 
 def interval(parameter):
+    if parameter["at_bound"]:
+        return "at its bound, so without an interval"
     if not parameter["interval"]:
         return "not determined by these curves"
     return f"95 % interval {rounded(parameter['low'])} to {rounded(parameter['high'])}"
@@ -83,11 +85,21 @@ def error_line(c):
     percent = f" ({100 * c['relative_error']:.1f} %)" if c["relative_error"] is not None else ""
     return (f"  {Path(c['file']).name}, {c['test']}, {c['quantity']}, {c['points']} points: "
             f"error {rounded(c['rms_error'])} {c['unit']}{percent}, mean {c['mean_error']:+.3g}, largest {rounded(c['largest_error'])}" +
-            (f", R² {c['r_squared']:.4f}" if c["r_squared"] is not None else ""))
+            (f", R² {c['r_squared']:.4f}" if c["r_squared"] is not None else "") +
+            (f", standard deviation {rounded(c['scatter'])}" if c["scatter"] is not None else ""))
 
 
-def misses(c):
-    return c["r_squared"] is not None and c["r_squared"] < 0
+def failure(c):
+    """Why a curve was not met; "" if it was. Errors below 5 % are no failure: R² of a flat curve may be below 0."""
+    name = Path(c["file"]).name
+    if c["across"]:
+        flat = c["r_squared"] is not None and c["r_squared"] < 0 and c["relative_error"] > 0.05
+        return f"{name}: R² below 0 means that a horizontal line fits the data better" if flat else ""
+    misfit, scatter = abs(c["mean_error"]), c["scatter"] or 0
+    if misfit <= max(2 * scatter, 0.05 * c["mean"]):
+        return ""
+    return f"{name}: the simulated value is {rounded(misfit)} {c['unit']} from the mean of the specimens" + (
+        f", {misfit / scatter:.2g} times their standard deviation" if scatter else "")
 
 
 def text(found):
@@ -97,9 +109,8 @@ def text(found):
     for p in found["parameters"]:
         lines.append(f"  {p['key'].removeprefix('cloth.0.'):<{wide}}  {p['value']:<11.5g} {p['unit']:<6} {interval(p)}")
     lines += ["", *map(error_line, found["curves"])]
-    if any(map(misses, found["curves"])):
-        lines.append("  warning: R² below 0 means that a horizontal line fits the data better: this fit failed. Check data and units, "
-                     "or fit other parameters.")
+    lines += [f"  warning: {why}: this fit failed. Check data and units, or fit other parameters."
+              for why in map(failure, found["curves"]) if why]
     if found["equation_against_simulation"] is not None:
         lines.append(f"  The errors are those of simulated runs; the fit used the equation of the strip, which differs by "
                      f"{100 * found['equation_against_simulation']:.2f} % from them.")
