@@ -45,6 +45,7 @@ class Run {
         resume_(resume),
         ranks_(ranks),
         model_(setup.model),
+        start_(setup.state),
         backend_(backend),
         pipeline_(setup.model, backend, setup.state),
         schedule_(model_.scene),
@@ -54,8 +55,7 @@ class Run {
     if (ranks_) ranks_->traffic().fenced = options.profile;
     if (resume_) go_on();
     if (!options.no_output && first()) open_folder();
-    if (!options.no_output && !first() && !model_.scene.output.probes.empty())
-      probes_.emplace(std::filesystem::path(), model_, resume_ ? pipeline_.time() : -1);
+    if (!options.no_output && !first() && !model_.scene.output.probes.empty()) start_probes(std::filesystem::path());
     if (!options.no_output) schedule_.plan_checkpoint(pipeline_.time());
     if (ranks_) say(fmt::format("{} ranks, {}", ranks_->size(), ranks_->description()));
     for (const std::string& line : setup.notes) say(line);
@@ -187,8 +187,7 @@ class Run {
                               ranks_ != nullptr,
                               {model_.solute_quantum(), pipeline_.initial_solute()},
                               model_.porous_cloths()});
-    if (!model_.scene.output.probes.empty())
-      probes_.emplace(folder_ / "probes.csv", model_, same ? pipeline_.time() : -1);
+    if (!model_.scene.output.probes.empty()) start_probes(folder_ / "probes.csv");
     if (schedule_.has_frames())
       frames_.emplace(
           folder_, model_, static_cast<int>(frames_written_),
@@ -200,6 +199,11 @@ class Run {
 #ifdef DRENCH_HAS_VIEW
     if (options_.view) start_viewer(folder_);
 #endif
+  }
+
+  void start_probes(const std::filesystem::path& file) {
+    probes_.emplace(file, model_, start_, resume_ ? pipeline_.time() : -1);
+    if (resume_) probes_->take_up(resume_->checkpoint.probe_sums);
   }
 
   void checkpoint() {
@@ -223,6 +227,7 @@ class Run {
     Checkpoint c = checkpoint_header(model_, backend_);
     c.frames = frames_written_;
     c.shortened = shortened_ ? 1 : 0;
+    if (probes_) c.probe_sums = probes_->sums();
     c.state = std::move(state);
     write_checkpoint(folder_ / checkpoint_name(c.state.step), c);
   }
@@ -377,6 +382,7 @@ class Run {
   bool stops_ = false;
   RankBalance balance_;
   const Model& model_;
+  const HostState& start_;
   Backend& backend_;
   Pipeline pipeline_;
   ThreadWatch threads_;

@@ -25,7 +25,7 @@ Recorder::Recorder(const std::string& folder, bool overwrite, const Model& model
                             false,
                             {model_.solute_quantum(), pipeline_->initial_solute()},
                             model_.porous_cloths()});
-  if (!model_.scene.output.probes.empty()) probes_.emplace(folder_ / "probes.csv", model_);
+  if (!model_.scene.output.probes.empty()) probes_.emplace(folder_ / "probes.csv", model_, state());
   frames_.emplace(folder_, model_);
   frame();
 }

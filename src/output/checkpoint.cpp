@@ -59,6 +59,7 @@ void visit_checkpoint(C& c, Visitor&& visit) {
   visit("frames", c.frames);
   visit("shortened", c.shortened);
   visit("changes", c.changes);
+  visit("probe_sums", c.probe_sums);
   visit("step", c.state.step);
   visit("time", c.state.time);
   visit("collapsing", c.state.collapsing);
@@ -251,7 +252,8 @@ Checkpoint read_checkpoint(const fs::path& path) {
   Checkpoint checkpoint;
   visit_checkpoint(checkpoint, [&]<class T>(std::string_view name, T& field) {
     const auto found = records.find(name);
-    if (found == records.end() && name == "changes") return;  // as older ones, whose run nobody changed
+    if (found == records.end() && name == "changes") return;     // as older ones, whose run nobody changed
+    if (found == records.end() && name == "probe_sums") return;  // as older ones
     if (found == records.end() && name.find("solute") != std::string_view::npos)
       return;  // as those before there were any
     if (found == records.end()) throw CheckpointError(fmt::format("{}: has no {}", path.string(), name));

@@ -31,6 +31,7 @@ struct Checkpoint {
   std::int64_t frames = 0;         // that were written on schedule
   std::uint8_t shortened = 0;      // 1: the last step was cut to end at time.end
   std::vector<double> changes;     // of bodies, pins, jets and wind by a program (drench/prescribed.hpp); empty: none
+  std::vector<double> probe_sums;  // of ProbeCsv; empty: no probes
   HostState state;
 };
 

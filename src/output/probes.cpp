@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <numeric>
 
 #include "base/eigen_vec.hpp"
 #include "output/grid_tools.hpp"
@@ -126,43 +126,91 @@ std::array<double, 2> height_and_depth(const Model& model, const HostState& stat
   return {height, depth};
 }
 
+/// Is a place outside of the domain, or in a drain that is open at a time?
+bool has_left(const Scene& scene, const Vec3& x, double time) {
+  const auto contains = [&x](const Box& box) {
+    for (std::size_t a = 0; a < 3; ++a)
+      if (x[a] < box.min[a] || x[a] > box.max[a]) return false;
+    return true;
+  };
+  const Vector3d at = to_eigen(x);
+  return !contains(scene.domain) || std::ranges::any_of(scene.fluid.drains, [&](const DrainScene& drain) {
+    if (time < drain.start || time >= drain.end) return false;
+    if (drain.shape == DrainScene::Shape::box) return contains(drain.box);
+    if (drain.shape == DrainScene::Shape::sphere) return (at - to_eigen(drain.center)).norm() <= drain.radius;
+    return (at - to_eigen(drain.point)).dot(to_eigen(drain.normal)) <= 0;
+  });
+}
+
+/// Where a particle from a nozzle at rest began the step in which it appeared: on the nozzle's face, from which it has
+/// come straight. Elsewhere it has no such place, and counts from where it stands.
+Vec3 start_of_new(const Model& model, const HostState& state, std::size_t i, double dt) {
+  const Vector3d x = to_eigen(state.fluid_position[i]), v = to_eigen(state.fluid_velocity[i]);
+  if (static_cast<Origin>(state.fluid_origin[i]) != Origin::jet || !(v.norm() > 0)) return to_vec3(x);
+  const Vector3d axis = v.normalized();
+  double ahead = dt * v.norm();
+  bool found = false;
+  for (const Jet& jet : model.jets) {
+    const Vector3d from = x - to_eigen(jet.scene.center);
+    const double along = from.dot(axis);
+    const bool is_disc = jet.scene.shape == JetScene::Shape::disc;
+    const double farthest = is_disc ? jet.scene.radius : 0.5 * std::hypot(jet.scene.size[0], jet.scene.size[1]);
+    if (jet.mouth || along < 0 || along > ahead || (from - along * axis).norm() > farthest) continue;
+    ahead = along;
+    found = true;
+  }
+  return found ? to_vec3(x - ahead * axis) : to_vec3(x);
+}
+
 }  // namespace
 
-ProbeCsv::ProbeCsv(const fs::path& file, const Model& model, double after)
+ProbeCsv::ProbeCsv(const fs::path& file, const Model& model, HostState start, double after)
     : model_(model), path_(file), every_(model.scene.output.probe_every.value_or(model.scene.output.every)) {
   const std::vector<ProbeScene>& probes = model.scene.output.probes;
   sum_.resize(probes.size());
-  last_place_.resize(probes.size());
   passed_.resize(probes.size());
+  passed_before_.resize(probes.size());
   for (const ProbeScene& p : probes) {
     target_.push_back(p.kind == ProbeKind::body ? numbered(model.bodies, p.of) : numbered(model.scene.cloths, p.of));
     has_bodies_ = has_bodies_ || p.kind == ProbeKind::body;
-    has_states_ = has_states_ || p.kind == ProbeKind::point || p.kind == ProbeKind::cloth;
+    has_discs_ = has_discs_ || p.kind == ProbeKind::disc;
+    has_means_ = has_means_ || p.kind == ProbeKind::point || p.kind == ProbeKind::cloth;
   }
   next_ = after >= 0 ? (std::floor(after / every_ * (1 + 1e-12)) + 1) * every_ : every_;
   if (path_.empty()) return;
+  if (has_discs_) add_passed(0, start);
   std::string kept = header();
   if (after >= 0 && fs::exists(path_)) {
     std::ifstream in(path_);
-    std::string line, last;
+    std::string line;
     std::getline(in, line);
     while (std::getline(in, line))
-      if (std::strtod(line.c_str(), nullptr) <= after * (1 + 1e-12)) kept += (last = line) + '\n';
-    take_up(last);
+      if (std::strtod(line.c_str(), nullptr) <= after * (1 + 1e-12)) kept += line + '\n';
   }
   write_atomically(path_, kept);
   out_.open(path_, std::ios::app);
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", path_.string()));
 }
 
-/// The masses that have passed discs, from the last row that stays.
-void ProbeCsv::take_up(const std::string& row) {
-  std::istringstream names(header()), values(row);
-  std::string name, value;
-  while (std::getline(names, name, ',') && std::getline(values, value, ','))
-    for (std::size_t k = 0; k < passed_.size(); ++k)
-      if (name.rfind(model_.scene.output.probes[k].name + "_passed", 0) == 0)
-        passed_[k] = std::strtod(value.c_str(), nullptr);
+std::vector<double> ProbeCsv::sums() const {
+  std::vector<double> all{elapsed_};
+  for (std::size_t k = 0; k < sum_.size(); ++k) {
+    all.insert(all.end(), sum_[k].begin(), sum_[k].end());
+    all.insert(all.end(), {passed_[k], passed_before_[k]});
+  }
+  return all;
+}
+
+void ProbeCsv::take_up(const std::vector<double>& sums) {
+  constexpr std::size_t each = 8;
+  if (sums.size() != 1 + each * sum_.size()) return;
+  elapsed_ = sums[0];
+  for (std::size_t k = 0; k < sum_.size(); ++k) {
+    const double* of_probe = sums.data() + 1 + each * k;
+    std::copy_n(of_probe, 6, sum_[k].begin());
+    passed_[k] = of_probe[6];
+    passed_before_[k] = of_probe[7];
+  }
 }
 
 std::string ProbeCsv::header() const {
@@ -198,13 +246,15 @@ void ProbeCsv::step(const StepReport& report, const std::function<std::vector<st
   elapsed_ += report.dt;
   if (has_bodies_) add_loads(report.dt, loads());
   const bool due = report.time >= next_ * (1 - 1e-12);
-  if (!due && !has_states_) return;
+  if (!due && !has_means_ && !has_discs_) return;
   const HostState now = state();
-  if (has_states_ && !path_.empty()) add_state(report.dt, now);
+  if (has_means_ && !path_.empty()) add_state(report.dt, now);
+  if (has_discs_ && !path_.empty()) add_passed(report.dt, now);
   if (!due) return;
   next_ = (std::floor(report.time / every_ * (1 + 1e-12)) + 1) * every_;
   if (!path_.empty()) write(now);
   elapsed_ = 0;
+  passed_before_ = passed_;
   for (auto& sum : sum_) sum.fill(0);
 }
 
@@ -252,26 +302,47 @@ void ProbeCsv::add_state(double dt, const HostState& state) {
   }
 }
 
-/// The mass (kg) that has passed a disc since the last row.
-double ProbeCsv::passed_since(std::size_t k, const HostState& state) {
-  const ProbeScene& p = model_.scene.output.probes[k];
-  const Vector3d center = to_eigen(p.position), n = to_eigen(p.normal).normalized();
-  std::unordered_map<std::int64_t, Vec3> places;
-  double passed = 0;
-  for (std::size_t i = 0; i < state.fluid_position.size(); ++i) {
-    const Vector3d now = to_eigen(state.fluid_position[i]) - center;
-    const std::int64_t id = state.fluid_id[i];
-    if (const auto found = last_place_[k].find(id); found != last_place_[k].end()) {
-      const Vector3d before = to_eigen(found->second) - center;
-      const double a = before.dot(n), b = now.dot(n);
-      const Vector3d at = before + a / (a - b) * (now - before);
-      if ((a < 0) != (b < 0) && (at - at.dot(n) * n).norm() <= p.radius)
-        passed += (b >= 0 ? 1 : -1) * static_cast<double>(state.fluid_mass[i]) * model_.quantum;
-    }
-    places.emplace(id, state.fluid_position[i]);
+/// Counts what has passed discs in a step of `dt` (s), and keeps where particles are now.
+void ProbeCsv::add_passed(double dt, const HostState& state) {
+  std::vector<Place> now;
+  std::vector<std::size_t> order(state.fluid_position.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto by_id = [&](std::size_t a, std::size_t b) { return state.fluid_id[a] < state.fluid_id[b]; };
+  if (!std::ranges::is_sorted(order, by_id)) std::ranges::sort(order, by_id);
+  now.reserve(order.size());
+  auto before = last_.begin();
+  const Vector3d fall = dt * to_eigen(model_.scene.gravity);
+  // Cloth may have absorbed it instead, and then its path is unknown.
+  const auto pass_if_left = [&](const Place& p) {
+    const Vec3 to = to_vec3(to_eigen(p.position) + dt * (to_eigen(p.velocity) + fall));
+    if (has_left(model_.scene, to, state.time)) pass(p.position, to, p.mass);
+  };
+  for (const std::size_t i : order) {
+    now.push_back({state.fluid_id[i], state.fluid_mass[i], state.fluid_position[i], state.fluid_velocity[i]});
+    for (; before != last_.end() && before->id < now.back().id; ++before) pass_if_left(*before);
+    const bool is_new = before == last_.end() || before->id != now.back().id;
+    if (dt > 0)
+      pass(is_new ? start_of_new(model_, state, i, dt) : before->position, now.back().position, now.back().mass);
+    if (!is_new) ++before;
   }
-  last_place_[k] = std::move(places);
-  return passed;
+  for (; before != last_.end(); ++before) pass_if_left(*before);
+  last_ = std::move(now);
+}
+
+/// Counts a straight path of a particle.
+void ProbeCsv::pass(const Vec3& from, const Vec3& to, Quanta mass) {
+  const std::vector<ProbeScene>& probes = model_.scene.output.probes;
+  for (std::size_t k = 0; k < probes.size(); ++k) {
+    const ProbeScene& p = probes[k];
+    if (p.kind != ProbeKind::disc) continue;
+    const Vector3d n = to_eigen(p.normal).normalized(), first = to_eigen(from) - to_eigen(p.position),
+                   last = to_eigen(to) - to_eigen(p.position);
+    const double a = first.dot(n), b = last.dot(n);
+    if ((a < 0) == (b < 0)) continue;
+    const Vector3d at = first + a / (a - b) * (last - first);
+    if ((at - at.dot(n) * n).norm() <= p.radius)
+      passed_[k] += (b >= 0 ? 1 : -1) * static_cast<double>(mass) * model_.quantum;
+  }
 }
 
 void ProbeCsv::write(const HostState& state) {
@@ -295,9 +366,7 @@ void ProbeCsv::write(const HostState& state) {
         break;
       }
       case ProbeKind::disc: {
-        const double passed = passed_since(k, state);
-        passed_[k] += passed;
-        row += number(elapsed_ > 0 ? passed / elapsed_ : 0) + number(passed_[k]);
+        row += number(elapsed_ > 0 ? (passed_[k] - passed_before_[k]) / elapsed_ : 0) + number(passed_[k]);
         break;
       }
       case ProbeKind::cloth: {
