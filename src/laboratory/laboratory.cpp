@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -47,6 +48,15 @@ std::vector<std::string> notes_of(const TestResult& result) {
   return notes;
 }
 
+/// Two digits of a deviation, but none beyond the four of the mean that stand before it.
+std::string deviation_text(double deviation, double mean) {
+  const auto place_of = [](double x) { return std::floor(std::log10(std::fabs(x))); };
+  double last = deviation > 0 ? place_of(deviation) - 1 : 0;
+  if (mean != 0) last = std::max(last, place_of(mean) - 3);
+  const double unit = std::pow(10, last), rounded = std::round(deviation / unit) * unit;
+  return rounded > 0 ? fmt::format("{:.4g}", rounded) : "0";
+}
+
 }  // namespace
 
 const std::vector<StandardTest>& standard_tests() {
@@ -67,11 +77,12 @@ const std::vector<StandardTest>& standard_tests() {
 }
 
 const StandardTest* find_standard_test(std::string_view name) {
-  for (const StandardTest& t : standard_tests()) {
-    if (name == t.name) return &t;
-    for (const char* alias : t.aliases)
-      if (name == alias) return &t;
-  }
+  const auto is_named = [&](std::string_view word) {
+    return std::equal(name.begin(), name.end(), word.begin(), word.end(),
+                      [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
+  };
+  for (const StandardTest& t : standard_tests())
+    if (is_named(t.name) || std::any_of(t.aliases.begin(), t.aliases.end(), is_named)) return &t;
   return nullptr;
 }
 
@@ -115,6 +126,8 @@ std::vector<TestSummary> TestResult::summary() const {
     double squares = 0;
     for (const double v : t.values) squares += (v - t.mean) * (v - t.mean);
     if (count > 1) t.deviation = std::sqrt(squares / (count - 1));
+    constexpr double rounding = 1e-12;  // of the sums above
+    if (t.deviation < rounding * std::fabs(t.mean)) t.deviation = 0;
     if (t.expected) *t.expected /= count;
   }
   return all;
@@ -132,7 +145,7 @@ std::string to_text(const TestResult& result) {
   const auto number = [](double x) { return fmt::format("{:.4g}", x); };
   for (const TestSummary& t : result.summary()) {
     text += fmt::format("  {:<58} {:>9}", t.first.meaning, number(t.mean));
-    if (t.values.size() > 1) text += fmt::format(" ± {:<8}", number(t.deviation));
+    if (t.values.size() > 1) text += fmt::format(" ± {:<8}", deviation_text(t.deviation, t.mean));
     if (t.first.unit != "1") text += " " + t.first.unit;
     if (t.expected) text += fmt::format("   (theory {})", number(*t.expected));
     text += "\n";

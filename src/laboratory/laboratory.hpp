@@ -42,13 +42,14 @@ struct StandardTest {
   bool directions;                   ///< specimens are cut along the warp and along the weft
   bool porous;                       ///< the specimen absorbs liquid
   int repeats;                       ///< specimens, per direction
+  bool takes_other_mesh = true;      ///< allows an override of the number of nodes
   std::vector<const char*> columns;  ///< of the curve, with units
   void (*run)(Trial& trial);
 };
 
 /// All of them.
 const std::vector<StandardTest>& standard_tests();
-/// The test of this name or alias; null if there is none.
+/// The test of this name or alias, in letters of either case; null if there is none.
 const StandardTest* find_standard_test(std::string_view name);
 
 /// What is tested, and how.
@@ -58,6 +59,7 @@ struct TestRequest {
   std::optional<int> repeats;                            ///< specimens, per direction; else the test's own
   std::filesystem::path folder;                          ///< for scenes and meshes; it has to exist
   std::function<void(const TestedSpecimen&)> completed;  ///< called for each specimen
+  std::function<void(const std::string&)> takes_long;    ///< called with a line before a scene of very many steps
 };
 
 /// A number over all specimens that have it.
@@ -83,7 +85,7 @@ struct TestResult {
 };
 
 /// Runs a test. A BackendRuntime must exist.
-/// @throws SceneError for an unknown fabric or an override that a scene does not allow
+/// @throws SceneError for an unknown fabric, an override that a scene does not allow, or one of the specimen's geometry
 /// @throws SetupError, DeviceError as Simulation does; std::runtime_error if a run fails or a file cannot be written
 TestResult run_test(const StandardTest& test, const TestRequest& request);
 

@@ -65,6 +65,8 @@ RunFolder choose(const std::optional<std::string>& requested, const std::string&
     remove_run(wanted);
     return {wanted, ""};
   }
+  if (requested && !words.overwrite)
+    throw FolderError(fmt::format("{}: is not empty; {}", wanted.string(), words.other));
   if (requested)
     throw FolderError(fmt::format("{}: is not empty; {}, or give {} to replace an earlier run's files", wanted.string(),
                                   words.other, words.overwrite));

@@ -23,7 +23,7 @@ struct RunFolder {
 /// How a folder is chosen and replaced, for messages: of the command, unless a program calls.
 struct FolderWords {
   const char* other = "choose another folder with -o";
-  const char* overwrite = "--overwrite";
+  const char* overwrite = "--overwrite";  // null: there is no such option
 };
 
 /// Chooses and makes the folder. Without `requested` it is out/<scene's stem>, or the first free out/<stem>-2, -3, …
