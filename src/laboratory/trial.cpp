@@ -1,14 +1,20 @@
 #include "laboratory/trial.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <regex>
 #include <string_view>
 
 #include "output/text_file.hpp"
 #include "scene/load.hpp"
 #include "scene/yaml_tree.hpp"
+#include "setup/build.hpp"
+#include "setup/forecast.hpp"
+#include "stages/substeps.hpp"
 
 namespace drench {
 namespace {
@@ -33,7 +39,30 @@ MaterialScene material_of(const TestRequest& request) {
   const std::string text = fmt::format(
       "drench: 1\ncloth:\n  - fabric: \"{}\"\n    mesh: {{grid: {{size: [1, 1], nodes: [2, 2]}}}}\n    porous: {{}}\n",
       yaml::escaped(request.fabric, "\"\\"));
-  return parse_scene(text, "drench test", overrides).cloths.at(0).material;
+  try {
+    return parse_scene(text, "drench test", overrides).cloths.at(0).material;
+  } catch (const SceneError& e) {
+    // The text above is no file of the user's.
+    static const std::regex place(R"(^drench test(:\d+:\d+)?: (cloth\.0\.fabric: )?)");
+    const std::string what = e.what();
+    std::smatch found;
+    if (!std::regex_search(what, found, place)) throw;
+    throw SceneError("--fabric " + request.fabric, found.suffix().str());
+  }
+}
+
+/// Measurements rely on where the specimen is and on what holds it.
+void check_overrides(const StandardTest& test, const TestRequest& request) {
+  for (const std::string& o : request.overrides)
+    for (const std::string_view key : {"cloth.0.mesh", "cloth.0.place", "cloth.0.pin"}) {
+      if (!o.starts_with(key)) continue;
+      const std::string_view rest = std::string_view(o).substr(key.size());
+      if (!rest.starts_with('.') && !rest.starts_with('=')) continue;
+      if (rest.starts_with(".grid.nodes=") && test.takes_other_mesh) continue;
+      throw SceneError("--set " + o,
+                       fmt::format("{}: the test {} sets it; allowed: keys of the fabric and of the scene{}", key,
+                                   test.name, test.takes_other_mesh ? ", and cloth.0.mesh.grid.nodes" : ""));
+    }
 }
 
 /// Threads that wait for a core, or for each other in short loops, take longer than one alone.
@@ -56,6 +85,7 @@ std::string joined(const std::vector<std::string>& overrides) {
 
 Trial::Trial(const StandardTest& test, const TestRequest& request, Direction direction, int repeat)
     : test_(test), request_(request), direction_(direction), repeat_(repeat), material_(material_of(request)) {
+  check_overrides(test, request);
   specimen_.name = !test.directions ? fmt::format("{}", repeat + 1)
                                     : fmt::format("{} {}", along_warp() ? "warp" : "weft", repeat + 1);
 }
@@ -85,8 +115,31 @@ std::string Trial::specimen(const std::string& mesh, const std::string& keys, co
   return text;
 }
 
-std::string Trial::porous_without_flow() const {
-  std::string keys = fmt::format("uptake_velocity: {:.4g}, max_saturation: 1", uptake_velocity());
+std::string Trial::without(const std::string& key, const std::string& value) {
+  if (std::find(unused_.begin(), unused_.end(), key) == unused_.end()) unused_.push_back(key);
+  return fmt::format(", {}: {}", key, value);
+}
+
+std::string Trial::porous_without_film() {
+  std::string keys = "max_saturation: 1";
+  if (material_.film > 0) keys += without("film", "0");
+  if (material_.film_viscosity > 0) keys += without("film_viscosity", "0");
+  return keys;
+}
+
+std::string Trial::porous_without_wicking() {
+  // A diffusivity along the weft alone is not allowed; this one wets 10 µm in a minute.
+  std::string keys = material_.weft_diffusivity ? "diffusivity: 1.0e-12" + without("weft_diffusivity", "1.0e-12")
+                                                : std::string("diffusivity: 0");
+  if (material_.film > 0) keys += without("film", "0");
+  if (material_.film_viscosity > 0) keys += without("film_viscosity", "0");
+  if (material_.drainage_height > 0) keys += without("drainage_height", "0");
+  if (material_.contact_wicking) keys += without("contact_wicking", "false");
+  return keys;
+}
+
+std::string Trial::porous_without_flow() {
+  std::string keys = fmt::format("uptake_velocity: {:.4g}, {}", uptake_velocity(), porous_without_film());
   // A fabric that repels needs its permeability; another one would drip without the capillary barrier of its back face.
   if (material_.breakthrough_pressure > 0) return keys;
   keys += ", permeability: 0";
@@ -110,7 +163,12 @@ std::string Trial::file_name(const std::string& stem, const std::string& ending)
 std::unique_ptr<Simulation> Trial::open(const std::string& text, const std::string& suffix) {
   const std::string name = file_name("scene", suffix + ".yaml");
   const std::filesystem::path path = request_.folder / name;
-  const Scene scene = parse_scene(text, path.string(), request_.overrides);
+  std::vector<std::string> overrides = request_.overrides;
+  std::erase_if(overrides, [&](const std::string& o) {
+    return std::any_of(unused_.begin(), unused_.end(),
+                       [&](const std::string& key) { return o.starts_with("cloth.0.porous." + key + "="); });
+  });
+  const Scene scene = parse_scene(text, path.string(), overrides);
   const std::string head =
       fmt::format("# {}: {}, specimen {}\n# drench test {} --fabric {}{}\n", test_.standard, test_.title,
                   specimen_.name, test_.name, request_.fabric, joined(request_.overrides));
@@ -119,11 +177,32 @@ std::unique_ptr<Simulation> Trial::open(const std::string& text, const std::stri
   specimen_.scene = name;
   auto run = std::make_unique<Simulation>(scene);
   choose_threads(*run);
+  foresee(*run);
   for (const std::string& w : run->warnings()) {
     if (computes_on_host() && w.find("Jacobi iterations (on a GPU") != w.npos) continue;
     if (std::find(warnings_.begin(), warnings_.end(), w) == warnings_.end()) warnings_.push_back(w);
   }
   return run;
+}
+
+void Trial::foresee(const Simulation& run) const {
+  constexpr double many = 1e6;
+  const Scene& scene = run.scene();
+  const double steps = scene.time.end / scene.time.step;
+  double parts = 1;
+  // The model is built again where a scene warns of them only.
+  if (std::any_of(run.warnings().begin(), run.warnings().end(),
+                  [](const std::string& w) { return w.find("diffusion needs about") != w.npos; })) {
+    const Model model = build(scene).model;
+    for (const ClothMaterial& cloth : model.cloths)
+      if (cloth.wicks()) parts = std::max(parts, substeps_for(diffusion_rate(model, cloth), scene.time.step));
+  }
+  if (!request_.takes_long || steps * parts < many) return;
+  request_.takes_long(
+      parts > 1 ? fmt::format("this takes long: about {:.2g} steps with {:.2g} sub-steps of diffusion each; a smaller "
+                              "diffusivity or time.end needs fewer",
+                              steps, parts)
+                : fmt::format("this takes long: about {:.2g} steps; a smaller time.end needs fewer", steps));
 }
 
 void Trial::row(std::vector<double> values) {
@@ -137,6 +216,11 @@ void Trial::number(std::string key, std::string meaning, std::string unit, doubl
 }
 
 void Trial::note(std::string text) { specimen_.notes.push_back(std::move(text)); }
+
+TestedSpecimen Trial::take() {
+  if (!unused_.empty()) note(fmt::format("this test does not use {} of the fabric", fmt::join(unused_, ", ")));
+  return std::move(specimen_);
+}
 
 void watch_run(Simulation& run, double end, double interval, const std::function<bool(const HostState&)>& look) {
   if (!look(run.state())) return;

@@ -48,8 +48,15 @@ class Trial {
   /// @param keys further lines of the cloth, indented by 4 spaces
   /// @param porous keys and values of `porous`, which replace those of the fabric
   std::string specimen(const std::string& mesh, const std::string& keys, const std::string& porous = "") const;
-  /// Keys of `porous` for tests in which liquid lies on the fabric, but does not pass it.
-  std::string porous_without_flow() const;
+  /// Does the fabric draw liquid in by itself?
+  bool wicks() const { return material_.diffusivity > 0 && !(material_.breakthrough_pressure > 0); }
+  /// Keys of `porous`, which replace those of the fabric: for tests in which the fabric holds no more than its pores
+  /// do.
+  std::string porous_without_film();
+  /// The same for tests in which liquid does not spread within the fabric.
+  std::string porous_without_wicking();
+  /// The same for tests in which liquid lies on the fabric, but does not pass it.
+  std::string porous_without_flow();
   /// The key `warp` for a grid whose z axis is the specimen's length.
   std::string warp_along_length() const;
 
@@ -67,16 +74,22 @@ class Trial {
               std::optional<double> expected = std::nullopt);
   void note(std::string text);
 
-  TestedSpecimen take() { return std::move(specimen_); }
+  /// What was measured, with a note of keys that the test does not use.
+  TestedSpecimen take();
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
+  /// `key: value` for `porous`, which also replaces an override.
+  std::string without(const std::string& key, const std::string& value);
+  void foresee(const Simulation& run) const;
+
   const StandardTest& test_;
   const TestRequest& request_;
   Direction direction_;
   int repeat_;
   MaterialScene material_;
   TestedSpecimen specimen_;
+  std::vector<std::string> unused_;  // keys of `porous` that the fabric has and the test does not use
   std::vector<std::string> warnings_;
 };
 
