@@ -4,6 +4,7 @@
 
 #include "scene/describe.hpp"
 #include "scene/fabrics.hpp"
+#include "scene/saturation_limit.hpp"
 
 namespace drench {
 namespace {
@@ -174,13 +175,16 @@ void check_pins(Section& s, const ClothScene& cloth) {
 
 void check_saturations(Section& s, const char* key, const std::vector<SaturationScene>& boxes,
                        const ClothScene& cloth) {
-  double most = cloth.material.ceiling();
-  for (const RegionScene& region : cloth.regions) most = std::max(most, region.material.ceiling());
+  const MaterialScene* most_of = &cloth.material;
+  for (const RegionScene& region : cloth.regions)
+    if (region.material.ceiling() > most_of->ceiling()) most_of = &region.material;
+  const double most = most_of->ceiling();
+  const std::string limit = most_of->has_film() ? "what porous.film allows" : "porous.max_saturation";
   s.check(boxes.empty() || cloth.material.porous, key,
           "applies only to absorbent cloth; allowed: only if the cloth has the key porous");
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    s.check(boxes[i].value <= most, fmt::format("{}.{}.value", key, i),
-            fmt::format("{} is above porous.max_saturation; allowed: [0, {}] (no unit)", boxes[i].value, most));
+    s.check(!exceeds(boxes[i].value, most), fmt::format("{}.{}.value", key, i),
+            fmt::format("{} is above {}; allowed: [0, {:.9g}] (no unit)", boxes[i].value, limit, most));
   }
 }
 

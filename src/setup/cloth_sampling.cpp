@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/eigen_vec.hpp"
+#include "scene/saturation_limit.hpp"
 #include "setup/cloth_mesh.hpp"
 #include "setup/setup_error.hpp"
 #include "setup/solute.hpp"
@@ -69,7 +70,7 @@ template <class F>
 void for_filled(const Model& model, const ClothMaterial& m, const SaturationScene& fill, const char* key,
                 std::vector<std::string>& warnings, F&& f) {
   if (!m.porous) throw SetupError(fmt::format("{}: {}: the cloth is not porous", cloth_label(m.name), key));
-  if (!(fill.value >= 0 && fill.value <= m.most_saturation)) {
+  if (!(fill.value >= 0 && !exceeds(fill.value, m.most_saturation))) {
     throw SetupError(fmt::format("{}: {}: value {} is out of range; allowed: 0 to max_saturation = {}",
                                  cloth_label(m.name), key, fill.value, m.most_saturation));
   }
@@ -81,7 +82,7 @@ void for_filled(const Model& model, const ClothMaterial& m, const SaturationScen
     // Rounding must not lift a node above s_max.
     f(n, static_cast<Quanta>(std::min(std::round(fill.value * full), std::floor(most * full))));
     any = true;
-    cut = cut || fill.value > most;
+    cut = cut || exceeds(fill.value, most);
   }
   if (cut)
     warnings.push_back(

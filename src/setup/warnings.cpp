@@ -373,6 +373,10 @@ void warn_of_wet_cloths(const Model& m, Lines& lines) {
   for (std::size_t c = 0; c < m.cloths.size(); ++c) {
     const ClothMaterial& cloth = m.cloths[c];
     const bool spreads = m.has_diffusion() && cloth.wicks();
+    const MaterialScene& fabric = m.scene.cloths[c].material;
+    if (fabric.has_film() && fabric.max_saturation != MaterialScene().max_saturation)
+      lines.push_back(fmt::format("{}: porous.max_saturation has no effect: porous.film sets it to {:.4g}; remove one",
+                                  cloth_label(cloth.name), fabric.ceiling()));
     if (!m.scene.cloths[c].hold_saturation.empty() && !spreads && !m.has_emission())
       lines.push_back(fmt::format(
           "{}: hold_saturation has no effect: {}", cloth_label(cloth.name),
@@ -409,11 +413,17 @@ void warn_of_fast_frames(const Model& m, Lines& lines) {
 void warn_of_idle_air(const Model& m, Lines& lines) {
   if (m.scene.air.cooling && !m.has_porous())
     lines.emplace_back("air.cooling has no effect: no cloth is porous, and liquid keeps the temperature of the air");
-  if (m.scene.air.present && !(m.evaporation_flux > 0))
-    lines.emplace_back(m.scene.air.humidity == 1
-                           ? "air: nothing evaporates into air of humidity 1; reduce humidity"
-                           : "air: nothing evaporates: the air stands still, and without gravity vapour does not "
-                             "rise; set speed, transfer_coefficient or evaporation_rate");
+  if (!m.scene.air.present || m.evaporation_flux > 0) return;
+  if (m.scene.air.evaporation_rate)
+    lines.emplace_back("air: nothing evaporates: evaporation_rate is 0; set it or remove air");
+  else if (m.scene.air.humidity == 1)
+    lines.emplace_back("air: nothing evaporates into air of humidity 1; reduce humidity");
+  else if (m.scene.air.transfer_coefficient)
+    lines.emplace_back("air: nothing evaporates: transfer_coefficient is 0; set it or remove it");
+  else
+    lines.emplace_back(
+        "air: nothing evaporates: the air stands still, and without gravity vapour does not rise; set speed, "
+        "transfer_coefficient or evaporation_rate");
 }
 
 }  // namespace

@@ -378,6 +378,10 @@ inline constexpr BadScene bad_scenes[] = {
     {"SaturationTooHigh",
      CLOTH "    porous: {}\n    hold_saturation: [{box: {min: [0, 0, 0], max: [1, 1, 1]}, value: 1.5}]\n", 5, 70,
      "cloth.0.hold_saturation.0.value", "1.5 is above porous.max_saturation; allowed: [0, 1.18]"},
+    {"SaturationAboveFilm",
+     CLOTH
+     "    porous: {film: 2.4e-4}\n    initial_saturation: [{box: {min: [0, 0, 0], max: [1, 1, 1]}, value: 1.9}]\n",
+     5, 73, "cloth.0.initial_saturation.0.value", "1.9 is above what porous.film allows; allowed: [0, 1.8] (no unit)"},
     {"SaturationWithoutValue", CLOTH "    hold_saturation: [{box: {min: [0, 0, 0], max: [1, 1, 1]}}]\n", 4, 23,
      "cloth.0.hold_saturation.0.value", "is missing; allowed: a number in [0, 10] (no unit)"},
     {"StainOnWhatIsNotPorous", CLOTH "    initial_stain: [{box: {min: [0, 0, 0], max: [1, 1, 1]}, value: 1}]\n", 4, 20,

@@ -105,6 +105,11 @@ TEST(Warnings, NameEachMistakeOnce) {
       {{"cloth.0.hold_saturation=[{box: {min: [-1, 0, -1], max: [0, 1, 1]}, value: 1}]", "processes={emission: off}",
         "cloth.0.porous.diffusivity=0"},
        "hold_saturation has no effect: porous.diffusivity is 0"},
+      {{"cloth.0.porous={film: 3.0e-4, max_saturation: 1.5}"},
+       "porous.max_saturation has no effect: porous.film sets it to 2"},
+      {{"air.transfer_coefficient=0"}, "air: nothing evaporates: transfer_coefficient is 0"},
+      {{"air.evaporation_rate=0"}, "air: nothing evaporates: evaporation_rate is 0"},
+      {{"air.humidity=1"}, "air: nothing evaporates into air of humidity 1"},
       {{"cloth.0.hold_saturation=[{box: {min: [-1, 2, -1], max: [0, 3, 1]}, value: 1}]"},
        "hold_saturation: a box contains no node of the cloth"},
       {{"fluid.sources.0.block.concentration=1.0e-8", "fluid.sources.1.jet.concentration=0.5"},
@@ -268,4 +273,12 @@ TEST(MemoryEstimate, CountsNeighbours) {
 }
 
 }  // namespace
+TEST(Warnings, AreNoneForASaturationThatAFilmJustHolds) {
+  // 1 + 2 · 2.4e-4/0.6e-3 is rounded to less than 1.8.
+  const Lines lines = warnings_of(sound, {"cloth.0.porous.film=2.4e-4",
+                                          "cloth.0.initial_saturation=[{box: {min: [-1, -1, -1], max: [1, 1, 1]}, "
+                                          "value: 1.8}]"});
+  EXPECT_TRUE(lines.empty()) << lines.front();
+}
+
 }  // namespace drench::testing

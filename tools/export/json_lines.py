@@ -11,11 +11,11 @@ WORDS = {"true": True, "false": False, "null": None}
 
 
 class Object(dict):
-    """`lines`: of its keys."""
+    """`lines`: of its keys. `repeated`: lines of keys that stand there again; the last value counts, as in jsoncpp."""
 
     def __init__(self, line):
         super().__init__()
-        self.line, self.lines = line, {}
+        self.line, self.lines, self.repeated = line, {}, {}
 
 
 class Array(list):
@@ -89,6 +89,8 @@ class Parser:
                 self.fail("expected a key in quotation marks")
             key = self.string()
             self.take(":")
+            if key in out:
+                out.repeated[key] = line
             out[key], out.lines[key] = self.value(depth + 1), line
             if not self.next_is(","):
                 self.take("}")

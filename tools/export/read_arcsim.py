@@ -16,11 +16,16 @@ from scene_files import Missing, flow, is_number, number
 
 KEYS = {"density", "stretching", "bending"}
 LEAST_STRETCHING = 5e-4  # N/m, half of what a membrane in drench has at least
+# Of fabrics, with room on both sides; and the largest values of the keys in drench, in the file's terms.
+USUAL = {"density": (0.005, 20.0), "stretching": (0.0, 1e6), "bending": (0.0, 1.0)}
+LARGEST = {"density": 1000.0, "stretching": 5e8, "bending": 4e6}
+LEAST_DENSITY = 1e-4
+UNITS = {"density": "kg/m²", "stretching": "N/m", "bending": "N·m"}
 ROWS = {"stretching": (6, 4), "bending": (3, 5)}
 
 
 def is_material(data):
-    return isinstance(data, dict) and {"stretching", "bending"} <= data.keys()
+    return isinstance(data, dict) and bool({"stretching", "bending"} & data.keys())
 
 
 class Importer:
@@ -30,18 +35,38 @@ class Importer:
         density = self.data.get("density")
         if not is_number(density) or density <= 0:
             fail(f"{source}:{self.data.lines.get('density', self.data.line)}: density: is not a number above 0, in kg/m²; correct it")
+        if density < LEAST_DENSITY:
+            fail(f"{source}:{self.data.lines['density']}: density: is {density:g}; allowed: at least {LEAST_DENSITY:g} kg/m²")
         self.density = float(density)
         self.stretching, self.bending = self.table("stretching"), self.table("bending")
         for name, value in (("c11", self.stretching[0][0]), ("c22", self.stretching[0][2])):
             if value < LEAST_STRETCHING:
                 fail(f"{source}:{self.data['stretching'].lines[0]}: stretching[0]: {name} is {value:g}; "
                      f"allowed: at least {LEAST_STRETCHING:g} N/m")
+        self.check_size("density", self.density)
+        for key, rows in (("stretching", self.stretching[:1]), ("bending", [row[:1] for row in self.bending])):
+            self.check_size(key, max(max(row) for row in rows))
+        for key, line in self.data.repeated.items():
+            self.missing.add("it stands there twice; the last value counts, as in ARCSim", key, line)
         for key in self.data:
             if key not in KEYS:
                 self.missing.add("it is no key of ARCSim's material files", key, self.data.lines[key])
 
+    def check_size(self, key, value):
+        """Numbers in another unit would pass otherwise."""
+        place, unit = f"{self.source}:{self.data.lines[key]}: {key}", UNITS[key]
+        if value > LARGEST[key]:
+            fail(f"{place}: has {value:g}; allowed: at most {LARGEST[key]:g} {unit}")
+        least, most = USUAL[key]
+        if not least <= value <= most:
+            hint = f" ({value:g} g/m² are {value / 1000:g})" if key == "density" and value > most else ""
+            print(f"warning: {place} has {value:g}, {'more' if value > most else 'less'} than any fabric; the unit is {unit}{hint}",
+                  file=sys.stderr)
+
     def table(self, key):
         rows, columns = ROWS[key]
+        if key not in self.data:
+            fail(f"{self.source}:{self.data.line}: {key}: is missing; a material of ARCSim has density, stretching and bending")
         data = self.data[key]
         if not isinstance(data, list) or len(data) != rows:
             fail(f"{self.source}:{self.data.lines[key]}: {key}: is not a list of {rows} rows; correct it")
