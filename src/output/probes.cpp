@@ -173,12 +173,14 @@ ProbeCsv::ProbeCsv(const fs::path& file, const Model& model, HostState start, do
   for (const ProbeScene& p : probes) {
     target_.push_back(p.kind == ProbeKind::body ? numbered(model.bodies, p.of) : numbered(model.scene.cloths, p.of));
     has_bodies_ = has_bodies_ || p.kind == ProbeKind::body;
-    has_discs_ = has_discs_ || p.kind == ProbeKind::disc;
     has_means_ = has_means_ || p.kind == ProbeKind::point || p.kind == ProbeKind::cloth;
   }
+  for (std::size_t k = 0; k < probes.size(); ++k)
+    if (probes[k].kind == ProbeKind::disc)
+      discs_.push_back({k, probes[k].position, to_vec3(to_eigen(probes[k].normal).normalized()), probes[k].radius});
   next_ = after >= 0 ? (std::floor(after / every_ * (1 + 1e-12)) + 1) * every_ : every_;
   if (path_.empty()) return;
-  if (has_discs_) add_passed(0, start);
+  if (!discs_.empty()) add_passed(0, start);
   std::string kept = header();
   if (after >= 0 && fs::exists(path_)) {
     std::ifstream in(path_);
@@ -246,10 +248,10 @@ void ProbeCsv::step(const StepReport& report, const std::function<std::vector<st
   elapsed_ += report.dt;
   if (has_bodies_) add_loads(report.dt, loads());
   const bool due = report.time >= next_ * (1 - 1e-12);
-  if (!due && !has_means_ && !has_discs_) return;
+  if (!due && !has_means_ && discs_.empty()) return;
   const HostState now = state();
   if (has_means_ && !path_.empty()) add_state(report.dt, now);
-  if (has_discs_ && !path_.empty()) add_passed(report.dt, now);
+  if (!discs_.empty() && !path_.empty()) add_passed(report.dt, now);
   if (!due) return;
   next_ = (std::floor(report.time / every_ * (1 + 1e-12)) + 1) * every_;
   if (!path_.empty()) write(now);
@@ -305,11 +307,13 @@ void ProbeCsv::add_state(double dt, const HostState& state) {
 /// Counts what has passed discs in a step of `dt` (s), and keeps where particles are now.
 void ProbeCsv::add_passed(double dt, const HostState& state) {
   std::vector<Place> now;
-  std::vector<std::size_t> order(state.fluid_position.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto by_id = [&](std::size_t a, std::size_t b) { return state.fluid_id[a] < state.fluid_id[b]; };
-  if (!std::ranges::is_sorted(order, by_id)) std::ranges::sort(order, by_id);
-  now.reserve(order.size());
+  now.reserve(state.fluid_position.size());
+  std::vector<std::size_t> order;  // by id; empty: as they are
+  if (!std::ranges::is_sorted(state.fluid_id)) {
+    order.resize(state.fluid_position.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [&](std::size_t i) { return state.fluid_id[i]; });
+  }
   auto before = last_.begin();
   const Vector3d fall = dt * to_eigen(model_.scene.gravity);
   // Cloth may have absorbed it instead, and then its path is unknown.
@@ -317,7 +321,8 @@ void ProbeCsv::add_passed(double dt, const HostState& state) {
     const Vec3 to = to_vec3(to_eigen(p.position) + dt * (to_eigen(p.velocity) + fall));
     if (has_left(model_.scene, to, state.time)) pass(p.position, to, p.mass);
   };
-  for (const std::size_t i : order) {
+  for (std::size_t k = 0; k < state.fluid_position.size(); ++k) {
+    const std::size_t i = order.empty() ? k : order[k];
     now.push_back({state.fluid_id[i], state.fluid_mass[i], state.fluid_position[i], state.fluid_velocity[i]});
     for (; before != last_.end() && before->id < now.back().id; ++before) pass_if_left(*before);
     const bool is_new = before == last_.end() || before->id != now.back().id;
@@ -331,17 +336,13 @@ void ProbeCsv::add_passed(double dt, const HostState& state) {
 
 /// Counts a straight path of a particle.
 void ProbeCsv::pass(const Vec3& from, const Vec3& to, Quanta mass) {
-  const std::vector<ProbeScene>& probes = model_.scene.output.probes;
-  for (std::size_t k = 0; k < probes.size(); ++k) {
-    const ProbeScene& p = probes[k];
-    if (p.kind != ProbeKind::disc) continue;
-    const Vector3d n = to_eigen(p.normal).normalized(), first = to_eigen(from) - to_eigen(p.position),
-                   last = to_eigen(to) - to_eigen(p.position);
-    const double a = first.dot(n), b = last.dot(n);
+  for (const Disc& disc : discs_) {
+    const Vector3d n = to_eigen(disc.normal), center = to_eigen(disc.center);
+    const double a = (to_eigen(from) - center).dot(n), b = (to_eigen(to) - center).dot(n);
     if ((a < 0) == (b < 0)) continue;
-    const Vector3d at = first + a / (a - b) * (last - first);
-    if ((at - at.dot(n) * n).norm() <= p.radius)
-      passed_[k] += (b >= 0 ? 1 : -1) * static_cast<double>(mass) * model_.quantum;
+    const Vector3d at = to_eigen(from) + a / (a - b) * (to_eigen(to) - to_eigen(from)) - center;
+    if ((at - at.dot(n) * n).norm() <= disc.radius)
+      passed_[disc.probe] += (b >= 0 ? 1 : -1) * static_cast<double>(mass) * model_.quantum;
   }
 }
 

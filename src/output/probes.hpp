@@ -37,6 +37,12 @@ class ProbeCsv {
     Vec3 position{}, velocity{};
   };
 
+  struct Disc {
+    std::size_t probe = 0;
+    Vec3 center{}, normal{};  // the normal of length 1
+    double radius = 0;        // m
+  };
+
   std::string header() const;
   void add_loads(double dt, const std::vector<std::optional<BodyLoad>>& loads);
   void add_state(double dt, const HostState& state);
@@ -47,13 +53,14 @@ class ProbeCsv {
   const Model& model_;
   std::filesystem::path path_;
   std::ofstream out_;
-  double every_, next_, elapsed_ = 0;            // s
-  bool has_bodies_ = false, has_discs_ = false;  // is there a probe of this kind?
-  bool has_means_ = false;                       // is there a probe that averages states?
-  std::vector<Index> target_;                    // of each probe: the number of its body or cloth
-  std::vector<std::array<double, 6>> sum_;       // of each probe: what it averages, times time, since the last row
-  std::vector<double> passed_, passed_before_;   // kg: of each disc, up to the last step and up to the last row
-  std::vector<Place> last_;                      // of all particles at the last step, by id; only with discs
+  double every_, next_, elapsed_ = 0;  // s
+  bool has_bodies_ = false;            // is there a probe of a body?
+  bool has_means_ = false;             // is there a probe that averages states?
+  std::vector<Disc> discs_;
+  std::vector<Index> target_;                   // of each probe: the number of its body or cloth
+  std::vector<std::array<double, 6>> sum_;      // of each probe: what it averages, times time, since the last row
+  std::vector<double> passed_, passed_before_;  // kg: of each disc, up to the last step and up to the last row
+  std::vector<Place> last_;                     // of all particles at the last step, by id; only with discs
 };
 
 }  // namespace drench
