@@ -414,7 +414,8 @@ class ARCSim(Scenes):
     def test_numbers_in_other_units_are_noticed(self):
         file = self.write("grams.json", self.text(density=210))
         said = drench("import", file, "-o", self.folder / "out").stderr
-        self.assertIn("grams.json:3: density has 210, more than any fabric; the unit is kg/m² (210 g/m² are 0.21)", said)
+        self.assertIn("grams.json:3: density has 210, more than any fabric; the unit is kg/m² (210 g/m² are 0.21)",
+                      said)
         file = self.write("stiff.json", self.text(stretching=[[2e7, 2, 40, 6]] + self.ROWS[1:]))
         self.assertIn("stretching has 2e+07, more than any fabric; the unit is N/m",
                       drench("import", file, "-o", self.folder / "out").stderr)
@@ -422,16 +423,19 @@ class ARCSim(Scenes):
         self.assertEqual(drench("import", file, "-o", self.folder / "out").stderr, "")
 
     def test_repeated_keys_are_listed(self):
-        fabric, said = self.imported("twice.json", self.text().replace('"density": 0.2', '"density": 0.2,\n "density": 0.3', 1))
+        text = self.text().replace('"density": 0.2', '"density": 0.2,\n "density": 0.3', 1)
+        fabric, said = self.imported("twice.json", text)
         self.assertIn("density (line 4): it stands there twice; the last value counts, as in ARCSim", said)
         self.assertIn("areal_density: 0.3 ", fabric.read_text())
 
     def test_refusals(self):
         without = json.dumps({"density": 0.2, "stretching": self.ROWS})
-        self.refuses("bad.json", without, "bad.json:1: bending: is missing; a material of ARCSim has density, stretching and bending")
+        self.refuses("bad.json", without,
+                     "bad.json:1: bending: is missing; a material of ARCSim has density, stretching and bending")
         for more, fragment in (({"density": 1e6}, "density: has 1e+06; allowed: at most 1000 kg/m²"),
                                ({"density": 1e-9}, "density: is 1e-09; allowed: at least 0.0001 kg/m²"),
-                               ({"stretching": [[1e12, 2, 40, 6]] + self.ROWS[1:]}, "stretching: has 1e+12; allowed: at most 5e+08 N/m"),
+                               ({"stretching": [[1e12, 2, 40, 6]] + self.ROWS[1:]},
+                                "stretching: has 1e+12; allowed: at most 5e+08 N/m"),
                                ({"density": 0}, "bad.json:3: density: is not a number above 0, in kg/m²"),
                                ({"stretching": self.ROWS[:5]}, "stretching: is not a list of 6 rows"),
                                ({"bending": [[1, 2, 3, 4, "5"]] * 3}, "bending[0]: is not a list of 5 numbers")):

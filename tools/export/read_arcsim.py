@@ -36,7 +36,8 @@ class Importer:
         if not is_number(density) or density <= 0:
             fail(f"{source}:{self.data.lines.get('density', self.data.line)}: density: is not a number above 0, in kg/m²; correct it")
         if density < LEAST_DENSITY:
-            fail(f"{source}:{self.data.lines['density']}: density: is {density:g}; allowed: at least {LEAST_DENSITY:g} kg/m²")
+            fail(f"{source}:{self.data.lines['density']}: density: is {density:g}; "
+                 f"allowed: at least {LEAST_DENSITY:g} kg/m²")
         self.density = float(density)
         self.stretching, self.bending = self.table("stretching"), self.table("bending")
         for name, value in (("c11", self.stretching[0][0]), ("c22", self.stretching[0][2])):
@@ -60,13 +61,14 @@ class Importer:
         least, most = USUAL[key]
         if not least <= value <= most:
             hint = f" ({value:g} g/m² are {value / 1000:g})" if key == "density" and value > most else ""
-            print(f"warning: {place} has {value:g}, {'more' if value > most else 'less'} than any fabric; the unit is {unit}{hint}",
-                  file=sys.stderr)
+            compared = "more" if value > most else "less"
+            print(f"warning: {place} has {value:g}, {compared} than any fabric; the unit is {unit}{hint}", file=sys.stderr)
 
     def table(self, key):
         rows, columns = ROWS[key]
         if key not in self.data:
-            fail(f"{self.source}:{self.data.line}: {key}: is missing; a material of ARCSim has density, stretching and bending")
+            fail(f"{self.source}:{self.data.line}: {key}: is missing; "
+                 "a material of ARCSim has density, stretching and bending")
         data = self.data[key]
         if not isinstance(data, list) or len(data) != rows:
             fail(f"{self.source}:{self.data.lines[key]}: {key}: is not a list of {rows} rows; correct it")
