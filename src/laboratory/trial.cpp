@@ -166,7 +166,10 @@ std::unique_ptr<Simulation> Trial::open(const std::string& text, const std::stri
   std::vector<std::string> overrides = request_.overrides;
   std::erase_if(overrides, [&](const std::string& o) {
     return std::any_of(unused_.begin(), unused_.end(),
-                       [&](const std::string& key) { return o.starts_with("cloth.0.porous." + key + "="); });
+                       [&](const std::string& key) { return o.starts_with("cloth.0.porous." + key + "="); }) ||
+           std::any_of(written_.begin(), written_.end(), [&](const std::string& key) {
+             return o.starts_with("cloth.0." + key + "=") || o.starts_with("cloth.0." + key + ".");
+           });
   });
   const Scene scene = parse_scene(text, path.string(), overrides);
   const std::string head =

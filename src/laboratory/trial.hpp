@@ -57,6 +57,8 @@ class Trial {
   std::string porous_without_wicking();
   /// The same for tests in which liquid lies on the fabric, but does not pass it.
   std::string porous_without_flow();
+  /// The test writes this key of the fabric itself, from material(), which has the overrides of it.
+  void writes(const std::string& key) { written_.push_back(key); }
   /// The key `warp` for a grid whose z axis is the specimen's length.
   std::string warp_along_length() const;
 
@@ -89,6 +91,7 @@ class Trial {
   int repeat_;
   MaterialScene material_;
   TestedSpecimen specimen_;
+  std::vector<std::string> written_;
   std::vector<std::string> unused_;  // keys of `porous` that the fabric has and the test does not use
   std::vector<std::string> warnings_;
 };

@@ -121,6 +121,21 @@ TEST(laboratory, tensile_test_returns_the_stiffness) {
   EXPECT_NEAR(r.mean("stiffness_warp") / 2028, 1, 0.005);
   EXPECT_NEAR(r.mean("stiffness_weft") / 410.7, 1, 0.005);
   EXPECT_NEAR(r.mean("force_5_percent_warp") / (2028 * 0.05 * 0.05), 1, 0.01);
+  const TestResult springs = run("iso13934-1", "none", {"cloth.0.stretch=800"});
+  EXPECT_NEAR(springs.mean("stiffness_warp") / 960, 1, 0.005);
+  EXPECT_NEAR(theory(springs, "stiffness_warp").value_or(0), 960, 1e-9);
+}
+
+/// A membrane that would lock the folds of the mesh makes the drape hardly stiffer.
+TEST(laboratory, drape_hardly_depends_on_stretch) {
+  const auto drape = [](const std::string& membrane) {
+    return run("drape", "none",
+               {"cloth.0.areal_density=0.12", "cloth.0.thickness=3e-4", "cloth.0.membrane=" + membrane,
+                "cloth.0.bending={warp: 1.2e-6, weft: 1.2e-6, twist: 1.0e-6}"});
+  };
+  const TestResult stiff = drape("{warp: 2000, weft: 1500, shear: 30}");
+  EXPECT_TRUE(has_note(stiff, "limited to 133 N/m"));
+  EXPECT_NEAR(stiff.mean("drape_coefficient"), 18, 5);
 }
 
 TEST(laboratory, hydrostatic_head_is_the_breakthrough_pressure) {
