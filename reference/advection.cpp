@@ -275,23 +275,20 @@ bool put_back(const Model& m, const std::vector<PlacedBody>& bodies, const Vecto
     const bool has_far_side = body.body->kind != BodyScene::Kind::plane && !body.body->inside && !body.surface;
     const Vector3d start = x0 + dt * body.velocity_at(x0), way = x - start;
     Vector3d normal;
-    const std::optional<double> distance = distance_to(body, x, normal);
+    std::optional<double> distance = distance_to(body, x, normal);
     if (!distance) continue;
-    if (has_far_side && *distance < way.norm() &&
-        (*distance >= 0 || *distance < -grazing * m.spacing || normal.dot(way) > 0)) {
-      if (const std::optional<Vector3d> place = end_outside(body, start, x, m.spacing)) {
-        x = *place;
-        any = true;
-        if (distance_to(body, x, normal).value_or(0) >= 0) {
-          v = BodyContact{normal, body.velocity_at(x)}.stopped(v);
-          continue;
-        }
-      }
+    const bool may_enter = has_far_side && *distance < way.norm() &&
+                           (*distance >= 0 || *distance < -grazing * m.spacing || normal.dot(way) > 0);
+    const std::optional<Vector3d> place = may_enter ? end_outside(body, start, x, m.spacing) : std::nullopt;
+    if (place) {
+      x = *place;
+      distance = distance_to(body, x, normal);
+    } else if (*distance >= 0) {
+      continue;
     }
-    for (const BodyContact& contact : project_out({body}, {}, x)) {
-      v = contact.stopped(v);
-      any = true;
-    }
+    any = true;
+    v = BodyContact{normal, body.velocity_at(x)}.stopped(v);
+    if (*distance < 0) project_out({body}, {}, x);
   }
   velocity = arr(v);
   return any;

@@ -5,6 +5,7 @@
 
 #include "laboratory/tests.hpp"
 #include "laboratory/trial.hpp"
+#include "setup/cloth_material.hpp"
 
 namespace drench {
 namespace {
@@ -233,12 +234,6 @@ void hydrostatic_head(Trial& trial) {
 
 // ---- ISO 9073-8
 
-/// 1/m: β of docs/theory/porous.md, Eq. 29a.
-double drag_coefficient(const MaterialScene& m) {
-  if (!(m.fibre_diameter > 0)) return m.forchheimer;
-  return 1.75 * m.solid_fraction / (std::pow(1 - m.solid_fraction, 3) * 1.5 * m.fibre_diameter);
-}
-
 void strike_through(Trial& trial) {
   constexpr double dose = 5e-6, width = 0.0222, spacing = 0.002;  // m³; m: the area of a cavity of 25 mm; m
   constexpr double rest = 0.05;                                   // part of the dose
@@ -276,14 +271,14 @@ void strike_through(Trial& trial) {
     trial.note(fmt::format("{:g} s means {:g} s or more", end, end));
     struck = end;
   }
-  // A falling head that drives with half of the fabric's thickness besides, h' = −u, and drag by docs/theory/porous.md,
-  // Eq. 29a: g (h + τ/2)/τ = ν/k u + β u², so that dt = −τ/g (ν/k + 2 β u) du/u.
+  // A falling head, h' = −u, that drives with half of the fabric's thickness besides, and drag by Eq. 29a of
+  // docs/theory/porous.md: g (h + τ/2)/τ = ν/k u + β u², so that dt = −τ/g (ν/k + 2 β u) du/u.
   const MaterialScene& m = trial.material();
   std::optional<double> expected;
   if (m.permeability > 0 && !(m.breakthrough_pressure > 0)) {
     const double area = 4 * half * half * water_density;  // kg/m
     const double high = first / area - trial.capacity() / water_density, low = rest * first / area;
-    const double viscous = run->scene().fluid.viscosity / m.permeability, inertial = drag_coefficient(m);
+    const double viscous = run->scene().fluid.viscosity / m.permeability, inertial = inertial_drag(m);
     const auto speed = [&](double head) {
       const double drive = standard_gravity * (head + m.thickness / 2) / m.thickness;
       return 2 * drive / (viscous + std::sqrt(viscous * viscous + 4 * inertial * drive));

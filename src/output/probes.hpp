@@ -16,8 +16,8 @@ namespace drench {
 
 class ProbeCsv {
  public:
-  /// `file`: empty for a rank that only takes part. `start`: the state before the first step. `after` ≥ 0: an existing
-  /// file keeps its rows up to this time (s).
+  /// `file`: empty for a rank that only takes part. `start`: the state before the first step. With `after` ≥ 0 an
+  /// existing file keeps its rows up to this time (s).
   ProbeCsv(const std::filesystem::path& file, const Model& model, HostState start, double after = -1);
   /// Takes up a step, and writes a row if one is due. `loads`: of the step; `state`: at its end.
   void step(const StepReport& report, const std::function<std::vector<std::optional<BodyLoad>>()>& loads,

@@ -39,15 +39,19 @@ void set_absorption(Model& model) {
         m.absorption = m.uptake_velocity * model.support * model.support / (7.5 * (1 - m.solid_fraction) * m.thickness);
 }
 
+double inertial_drag(const BasicMaterial<double>& m) {
+  const double open = 1 - m.solid_fraction, sphere = 1.5 * m.fibre_diameter;  // of the same surface per volume
+  const double ergun = m.fibre_diameter > 0 ? 1.75 * m.solid_fraction / (open * open * open * sphere) : 0;
+  return m.forchheimer > 0 ? m.forchheimer : ergun;
+}
+
 void set_permeation(Model& model) {
   if (!model.has_fluid() || !(model.scene.fluid.viscosity > 0)) return;
   for (auto* list : {&model.cloths, &model.patches})
     for (ClothMaterial& m : *list) {
       if (!m.permeable()) continue;
       m.conductance = m.permeability / (model.scene.fluid.viscosity * m.thickness);
-      const double open = 1 - m.solid_fraction, sphere = 1.5 * m.fibre_diameter;  // of the same surface per volume
-      const double ergun = m.fibre_diameter > 0 ? 1.75 * m.solid_fraction / (open * open * open * sphere) : 0;
-      m.inertial_loss = (m.forchheimer > 0 ? m.forchheimer : ergun) * m.thickness;
+      m.inertial_loss = inertial_drag(m) * m.thickness;
       m.entry_potential = m.breakthrough_pressure / model.rest_density;
     }
   if (!model.has_permeation()) return;

@@ -197,17 +197,6 @@ struct RigidContacts::World {
     }
     detected_ = motion;
   }
-  /// Moves what detect() has placed as given.
-  void set_motion(std::size_t b, const RigidMotion& m) {
-    btRigidBody& body = *bodies_[b];
-    body.setCenterOfMassTransform(transform_of(b, m));
-    const btVector3 velocity = bullet(per_m_ * to_eigen(m.velocity)), spin = bullet(to_eigen(m.spin));
-    body.setLinearVelocity(velocity);
-    body.setAngularVelocity(spin);
-    body.setInterpolationLinearVelocity(velocity);
-    body.setInterpolationAngularVelocity(spin);
-  }
-
   void add(const Joint& j) {
     const auto turn = shortest_turn(Vector3d::UnitZ(), to_eigen(j.axis));
     const auto place_in = [&](const Body& b) {
@@ -223,9 +212,9 @@ struct RigidContacts::World {
                        {}});
   }
   /// A hinge is made anew for each step, so that nothing is kept.
-  void make(Hinge& h, double dt, double end) const {
+  void make(Hinge& h, double dt, double end) {
     const Joint& j = *h.joint;
-    btRigidBody& other = j.other < 0 ? *anchor_ : *bodies_[static_cast<std::size_t>(j.other)];
+    btRigidBody& other = j.other < 0 ? anchor_ : *bodies_[static_cast<std::size_t>(j.other)];
     h.constraint =
         std::make_unique<btHingeConstraint>(*bodies_[static_cast<std::size_t>(j.body)], other, h.own, h.others);
     h.constraint->setUseFrameOffset(false);  // with it the joint to a body that turns is not exact
@@ -380,27 +369,25 @@ struct RigidContacts::World {
     return keep(std::move(shape));
   }
 
-  btTransform transform_of(std::size_t b, const RigidMotion& m) const {
-    const Eigen::Quaterniond turn = eigen(m.orientation) * eigen(constant_[b]->principal);
-    return btTransform(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()).normalized(),
-                       bullet(per_m_ * to_eigen(m.position)));
-  }
-  void place(std::size_t b, const RigidMotion& m, double dt) {
+  void set_motion(std::size_t b, const RigidMotion& m) {
     btRigidBody& body = *bodies_[b];
-    const btTransform at = transform_of(b, m);
+    const Eigen::Quaterniond turn = eigen(m.orientation) * eigen(constant_[b]->principal);
+    body.setCenterOfMassTransform(btTransform(btQuaternion(turn.x(), turn.y(), turn.z(), turn.w()).normalized(),
+                                              bullet(per_m_ * to_eigen(m.position))));
     const btVector3 velocity = bullet(per_m_ * to_eigen(m.velocity)), spin = bullet(to_eigen(m.spin));
-    body.setCenterOfMassTransform(at);
-    body.setInterpolationWorldTransform(at);
-    if (constant_[b]->dynamic) {
-      body.setLinearVelocity(velocity);
-      body.setAngularVelocity(spin);
-    } else {  // Bullet takes its velocity from where it was
-      btTransform before;
-      btTransformUtil::integrateTransform(at, -velocity, -spin, dt, before);
-      body.setInterpolationWorldTransform(before);
-    }
+    body.setLinearVelocity(velocity);
+    body.setAngularVelocity(spin);
     body.setInterpolationLinearVelocity(velocity);
     body.setInterpolationAngularVelocity(spin);
+  }
+  void place(std::size_t b, const RigidMotion& m, double dt) {
+    set_motion(b, m);
+    btRigidBody& body = *bodies_[b];
+    btTransform before = body.getWorldTransform();
+    if (!constant_[b]->dynamic)  // Bullet takes its velocity from where it was
+      btTransformUtil::integrateTransform(body.getWorldTransform(), -body.getLinearVelocity(),
+                                          -body.getAngularVelocity(), dt, before);
+    body.setInterpolationWorldTransform(before);
     body.clearForces();
     world_.addRigidBody(&body);
   }
@@ -448,12 +435,11 @@ struct RigidContacts::World {
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;  // null: changes its shape, and has no contacts
   std::vector<const Body*> constant_;
-  std::unique_ptr<btRigidBody> anchor_ = std::make_unique<btRigidBody>(
-      btRigidBody::btRigidBodyConstructionInfo(0, nullptr, nullptr));  // the world, of hinges
+  btRigidBody anchor_{btRigidBody::btRigidBodyConstructionInfo(0, nullptr, nullptr)};  // the world, of hinges
   std::vector<Hinge> hinges_;
-  std::vector<btCollisionObject*> all_;
-  std::vector<RigidMotion> detected_;  // where bodies are whose contacts the dispatcher has
-  std::vector<bool> held_;             // by those contacts or hinges
+  std::vector<btCollisionObject*> all_;  // of bodies_
+  std::vector<RigidMotion> detected_;    // where bodies are whose contacts the dispatcher has
+  std::vector<bool> held_;               // by those contacts or hinges
 };
 
 RigidContacts::RigidContacts(const Model& model) : world_(std::make_unique<World>(model)) {}

@@ -78,9 +78,9 @@ struct DeformingBody;
 
 /// Contacts and hinges of dynamic bodies in this step, as stages before stage bodies see them.
 struct Holding {
-  bool any = false;
-  double dt = 0, end = 0, share = 0;  // s, s, 1: of the step (StepInfo)
-  Version looked_at = Version::none();
+  bool any = false;                     // does a dynamic body touch another, or hang on a hinge?
+  double dt = 0, end = 0, share = 0;    // s, s, 1: of the step (StepInfo)
+  Version looked_at = Version::none();  // Bodies::moved when `any` was found
 };
 
 struct Bodies {
@@ -132,9 +132,10 @@ double fastest_body(const Bodies& bodies, double fall);
 void body_stage(Bodies& bodies, double keep, double weight, const Constants* outside);
 /// The same with dynamic.load as it is.
 void move_by_load(Bodies& bodies, double keep, double weight, const Constants* outside);
-/// bodies.holding, for the bodies as they move now: before a pressure solve.
+/// bodies.holding, of the bodies where they are: before a pressure solve.
 void look_for_contacts(Bodies& bodies, const StepInfo& info);
-/// The velocities that contacts and hinges leave bodies which move as in `free`; docs/theory/bodies.md, (5b).
+/// The velocities that contacts and hinges leave bodies which would move as in `free`: docs/theory/bodies.md, Contacts
+/// and hinges in other stages.
 std::vector<RigidState> held(const Bodies& bodies, std::vector<RigidState> free);
 /// dynamic.applied, of the model as it is.
 void take_applied(const Constants& constants, Bodies& bodies);

@@ -327,11 +327,10 @@ void move_by_load(Bodies& bodies, double keep, double weight, const Constants* o
 void look_for_contacts(Bodies& bodies, const StepInfo& info) {
   if (!bodies.contacts) return;
   Holding& h = bodies.holding;
-  // Contacts depend on where bodies are, which changes between steps.
-  if (h.looked_at == bodies.moved && !h.any) return;
   h.dt = info.dt;
   h.end = info.time + info.dt;
   h.share = info.correction_share;
+  if (h.looked_at == bodies.moved) return;  // contacts depend only on where bodies are
   h.any = bodies.contacts->touches(motions_of(to_host<RigidState>(bodies.state, bodies.count)), h.dt, h.end);
   h.looked_at = bodies.moved;
 }
