@@ -4,7 +4,8 @@
 //
 // Law:    docs/theory/liquid.md: iteration and stopping (Eqs. 18 to 21), The density solve (22 to 25).
 //         docs/theory/walls_and_sheets.md: extrapolated walls (7a to 7f), contact pressure (10 to 14), coupling with
-//         the cloth (18, 19). docs/theory/bodies.md: answer to pressure (9, 10). The cloth's iteration: cloth.hpp.
+//         the cloth (18, 19). docs/theory/bodies.md: answer to pressure (9, 10), held bodies (5, 5a). The cloth's
+//         iteration: cloth.hpp.
 // Reads:  positions (m), masses (quanta), velocities (m/s), fluid_age (s), fluid_origin, fluid_density_ratio (1),
 //         node_contact_force, node_friction_force (N), α, C, α', C', lists; the scene's `fluid.solver`,
 //         `cloth_solver`.
