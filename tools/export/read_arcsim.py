@@ -62,7 +62,8 @@ class Importer:
         if not least <= value <= most:
             hint = f" ({value:g} g/m² are {value / 1000:g})" if key == "density" and value > most else ""
             compared = "more" if value > most else "less"
-            print(f"warning: {place} has {value:g}, {compared} than any fabric; the unit is {unit}{hint}", file=sys.stderr)
+            print(f"warning: {place} has {value:g}, {compared} than any fabric; the unit is {unit}{hint}",
+                  file=sys.stderr)
 
     def table(self, key):
         rows, columns = ROWS[key]
