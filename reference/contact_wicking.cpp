@@ -52,10 +52,11 @@ double conductance(const Model& m, const ClothMaterial& a, const ClothMaterial& 
   const auto most = [](const ClothMaterial& c) { return c.film_depth > 0 ? 1 : c.max_saturation; };
   const auto steepest = [&](const ClothMaterial& c) {  // of r (1 − h/ℓ)
     const double beta = c.retention_exponent, slope = beta > 1 ? beta * std::pow(most(c), beta - 1) : 1;
-    if (!c.has_hysteresis()) return height(c) * slope;
-    const double ratio = c.drainage_height / c.capillary_height;
-    return height(c) * (std::max(slope, beta / (1 - std::pow(1 - 1 / ratio, 1 / beta))) +
-                        std::max(1.0, c.diffusion_exponent) * (ratio - 1));
+    const double small = 1 - c.large_pores;
+    if (!c.flows_by_suction()) return height(c) * slope;
+    if (!c.has_hysteresis()) return height(c) * std::max(slope, beta / small);
+    return height(c) *
+           (std::max(slope, beta * steepening(c) / small) + std::max(1.0, c.diffusion_exponent) * suction_jump(c));
   };
   const double n = std::max(a.diffusion_exponent, b.diffusion_exponent);
   const double growth = n > 1 ? std::pow(std::max(most(a), most(b)), n - 1) : 1;
@@ -125,7 +126,7 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
     const std::array<Index, 3>& node = side == 0 ? contact.near_node : contact.far_node;
     const std::array<double, 3>& weight = side == 0 ? contact.near_weight : contact.far_weight;
     double sum = 0, scanned = 0;
-    bool has_hysteresis = false;
+    bool by_suction = false;
     for (int k = 0; k < 3; ++k) {
       if (state.model.samples.node_capacity[node[k]] == 0) continue;
       const double s =
@@ -133,11 +134,11 @@ void wick_through(ReferenceState& state, const std::vector<LayerContact>& contac
       const ClothMaterial& c = state.model.material_of_node(node[k]);
       const double most = state.node_pores.empty() ? s : c.max_saturation;
       sum += weight[k] * std::min(s, c.film_depth > 0 ? 1.0 : most);
-      has_hysteresis = c.has_hysteresis();
-      if (has_hysteresis) scanned += weight[k] * (1 - suction(state, node[k]) / c.capillary_height);
+      by_suction = c.flows_by_suction();
+      if (by_suction) scanned += weight[k] * (1 - suction(state, node[k]) / c.capillary_height);
     }
     const double power = contact.power[side];
-    if (!has_hysteresis) scanned = power == 1 ? sum : std::pow(std::max(0.0, sum), power);
+    if (!by_suction) scanned = power == 1 ? sum : std::pow(std::max(0.0, sum), power);
     return Held{sum, contact.height[side] * scanned};
   };
   for (std::size_t c = 0; c < contacts.size(); ++c) {

@@ -22,8 +22,12 @@ std::vector<LayerContact> touching_layers(const ReferenceState& state, double dt
 /// One sub-step of dt (s).
 void wick_through(ReferenceState& state, const std::vector<LayerContact>& contacts, double dt);
 
-/// The suction of fabric with hysteresis at a node, as a height of liquid, m.
+/// The suction of fabric with hysteresis or large pores at a node, as a height of liquid, m.
 double suction(const ReferenceState& state, Index n);
+/// R of docs/theory/porous.md, Eq. 49: by how much scanning curves of wetting are steeper than the main one.
+double steepening(const ClothMaterial& c);
+/// What suctions at one saturation differ by at most through hysteresis, over ℓ.
+double suction_jump(const ClothMaterial& c);
 /// ĝ, 0 without gravity.
 Eigen::Vector3d down(const ReferenceState& state);
 /// v_n of every node, m/s.

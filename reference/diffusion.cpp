@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "contact_wicking.hpp"
 #include "pipeline/substeps.hpp"
@@ -42,14 +43,40 @@ double film_thickness(const ReferenceState& state, Index n) {
   return material(state, n).film_depth * std::max(0.0, beyond / state.model.samples.node_capacity[n]);
 }
 
-/// The suction of fabric with hysteresis as a height of liquid, m, on the node's own curve (docs/theory/porous.md,
-/// Eq. 47).
+/// A main curve of retention: pores of one or two kinds that hold liquid up to a height each.
+struct MainCurve {
+  double height, large_height, exponent, large;  // ℓ and ℓ₂ of it, m; β, w
+
+  double filling(double suction, double of_height) const {
+    return std::pow(std::max(0.0, 1 - suction / of_height), 1 / exponent);
+  }
+  double saturation(double suction) const {
+    return (1 - large) * filling(suction, height) + (large > 0 ? large * filling(suction, large_height) : 0);
+  }
+  /// h at a saturation of 1 at most, m, by halving.
+  double suction(double s) const {
+    if (large == 0) return height * (1 - std::pow(std::max(0.0, s), exponent));
+    double low = 0, high = height;
+    for (int k = 0; k < 100; ++k) {
+      const double middle = (low + high) / 2;
+      (saturation(middle) > s ? low : high) = middle;
+    }
+    return (low + high) / 2;
+  }
+};
+MainCurve wetting_curve(const ClothMaterial& c) {
+  return {c.capillary_height, c.large_pore_height, c.retention_exponent, c.large_pores};
+}
+MainCurve drainage_curve(const ClothMaterial& c) {
+  return {c.drainage_height, c.large_pore_height * c.drainage_height / c.capillary_height,
+          c.drainage_exponent > 0 ? c.drainage_exponent : c.retention_exponent, c.large_pores};
+}
+
+/// The suction as a height of liquid, m, with hysteresis on the node's own curve (docs/theory/porous.md, Eq. 47).
 double suction(const ClothMaterial& c, double s, double curve) {
-  const double beta = c.retention_exponent;
-  if (s >= 1) return c.capillary_height * (1 - std::pow(s, beta));
-  if (curve < 0) return c.drainage_height * (1 - std::pow(std::clamp(s / std::abs(curve), 0.0, 1.0), beta));
-  const double gamma = curve > 0 ? curve : 1;
-  return c.capillary_height * (1 - std::pow(std::max(0.0, 1 - (1 - s) / gamma), beta));
+  if (s >= 1) return c.capillary_height * (1 - std::pow(s, c.retention_exponent));
+  if (curve < 0) return s < -curve ? drainage_curve(c).suction(s / -curve) : 0;
+  return wetting_curve(c).suction(std::max(0.0, 1 - (1 - s) / (curve > 0 ? curve : 1)));
 }
 
 /// Which curve each node is on in this sub-step.
@@ -59,7 +86,7 @@ void turn_nodes(ReferenceState& state) {
     const ClothMaterial& c = material(state, n);
     if (!c.has_hysteresis() || !(state.model.samples.node_capacity[n] > 0)) continue;
     double &curve = state.s.node_scanning[n], &extreme = state.s.node_extreme[n];
-    const double s = pore_saturation(state, n), beta = c.retention_exponent;
+    const double s = pore_saturation(state, n);
     if (curve == 0 || s >= 1) {  // it begins, or is full, and has no history
       curve = 1;
       extreme = s;
@@ -68,12 +95,11 @@ void turn_nodes(ReferenceState& state) {
     if (drains ? s <= extreme : s >= extreme) {
       extreme = s;
     } else if (!drains && s <= extreme - turning) {
-      const double at = std::min(1.0, extreme), height = suction(c, at, curve);
-      curve = -std::min(1.0, at / std::pow(1 - height / c.drainage_height, 1 / beta));
+      const double at = std::min(1.0, extreme);
+      curve = -std::min(1.0, at / drainage_curve(c).saturation(suction(c, at, curve)));
       extreme = s;
     } else if (drains && s >= extreme + turning) {
-      const double height = suction(c, extreme, curve);
-      const double wet = height < c.capillary_height ? std::pow(1 - height / c.capillary_height, 1 / beta) : 0;
+      const double wet = wetting_curve(c).saturation(suction(c, extreme, curve));
       curve = wet < 1 ? std::min(1.0, (1 - extreme) / (1 - wet)) : 1;
       extreme = s;
     }
@@ -112,20 +138,28 @@ double steepest_film(const ReferenceState& state, const Pair& pair) {
   return pair.film * c.film_flow * 3 * most * most * c.film_depth * drop;
 }
 
+/// What a pair conducts at most of a difference of saturation and of height: docs/theory/porous.md, Eqs. 19, 49 and 53.
+std::pair<double, double> conducts_at_most(const ClothMaterial& c) {
+  const double e = c.diffusion_exponent, beta = c.retention_exponent, top = c.pore_saturation();
+  const double above = std::pow(top, e + beta - 1), steep = std::max(1.0, e * std::pow(top, e - 1));
+  if (c.has_large_pores()) {
+    const double narrowing = c.capillary_height / c.large_pore_height, w = c.large_pores;
+    const double full = 1 - w + w * narrowing * narrowing, height = narrowing * narrowing * steep;
+    double most = c.has_hysteresis() ? full * steepening(c) / (1 - w) : narrowing;
+    if (top > 1) most = std::max(most, full * above);
+    return {beta * most + height * (c.has_hysteresis() ? suction_jump(c) : 1 - 1 / narrowing), height};
+  }
+  if (c.has_hysteresis()) return {beta * std::max(above, steepening(c)) + steep * suction_jump(c), steep};
+  if (beta != 1) return {beta * above, std::max(1.0, (e + beta) * std::pow(top, std::max(0.0, e - 1)))};
+  return {beta * above, steep};
+}
+
 /// The largest of the nodes, 1/s.
 double exchange_rate(const ReferenceState& state, const std::vector<Pair>& pairs) {
   std::vector<double> rate(state.s.node_count(), 0.0);  // 1/s
   for (const Pair& pair : pairs) {
     const ClothMaterial& c = material(state, pair.first);
-    const double e = c.diffusion_exponent, beta = c.retention_exponent;
-    double most = beta * std::pow(c.pore_saturation(), e + beta - 1);
-    double steep = std::max(1.0, e * std::pow(c.pore_saturation(), e - 1));
-    if (beta != 1) steep = std::max(1.0, (e + beta) * std::pow(c.pore_saturation(), std::max(0.0, e - 1)));
-    if (c.has_hysteresis()) {
-      const double ratio = c.drainage_height / c.capillary_height;
-      steep = std::max(1.0, e * std::pow(c.pore_saturation(), e - 1));
-      most = beta * std::max(most / beta, 1 / (1 - std::pow(1 - 1 / ratio, 1 / beta))) + steep * (ratio - 1);
-    }
+    const auto [most, steep] = conducts_at_most(c);
     for (const Index n : {pair.first, pair.second})
       rate[n] += (pair.conductance * (most + steep * std::abs(pair.drop)) + steepest_film(state, pair)) /
                  pore_capacity(state, n);
@@ -134,11 +168,22 @@ double exchange_rate(const ReferenceState& state, const std::vector<Pair>& pairs
 }
 
 /// What drives liquid to the first node times the mobility, 1: by suction.
-double scanned(const ReferenceState& state, const Pair& pair) {
+double by_suction(const ReferenceState& state, const Pair& pair) {
   const ClothMaterial& c = material(state, pair.first);
   const double drive = (suction(state, pair.first) - suction(state, pair.second)) / c.capillary_height + pair.drop;
   const double receiver = pore_saturation(state, pair.first), donor = pore_saturation(state, pair.second);
-  return static_cast<double>(drive * mobility(receiver, donor, drive > 0 ? donor : receiver, c.diffusion_exponent));
+  if (!c.has_large_pores())
+    return static_cast<double>(drive * mobility(receiver, donor, drive > 0 ? donor : receiver, c.diffusion_exponent));
+  // Pores of both sizes conduct side by side, as the square of their size.
+  const MainCurve curve = wetting_curve(c);
+  long double sum = 0;
+  for (const double height : {curve.height, curve.large_height}) {
+    const auto full = [&](double s) { return s >= 1 ? s : curve.filling(curve.suction(s), height); };
+    const double share = height == curve.height ? 1 - curve.large : curve.large, size = curve.height / height;
+    sum += share * size * size *
+           mobility(full(receiver), full(donor), full(drive > 0 ? donor : receiver), c.diffusion_exponent);
+  }
+  return static_cast<double>(drive * sum);
 }
 
 /// One of n sub-steps of the step dt.
@@ -154,9 +199,9 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
       const double s = pore_saturation(state, at);
       return c.retention_exponent == 1 ? s : std::pow(std::max(0.0, s), c.retention_exponent);
     };
-    const double pores = c.has_hysteresis() ? scanned(state, pair)
-                                            : driven(held(pair.first), held(pair.second), pair.drop,
-                                                     c.diffusion_exponent / c.retention_exponent);
+    const double pores = c.flows_by_suction() ? by_suction(state, pair)
+                                              : driven(held(pair.first), held(pair.second), pair.drop,
+                                                       c.diffusion_exponent / c.retention_exponent);
     const double flux = pair.conductance * pores + film_flux(state, pair) +
                         pair.conductance * (squeezed_out(state, pair.second) - squeezed_out(state, pair.first));
     to_first[k] = flux > 0;
@@ -187,8 +232,21 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
 
 }  // namespace
 
+double steepening(const ClothMaterial& c) {
+  const double ratio = c.drainage_height / c.capillary_height, own = drainage_curve(c).exponent;
+  return std::max(1 / (1 - std::pow(1 - 1 / ratio, 1 / own)), ratio * own / c.retention_exponent);
+}
+
+double suction_jump(const ClothMaterial& c) {
+  const double ratio = c.drainage_height / c.capillary_height;
+  if (c.has_large_pores()) return ratio;
+  const double k = drainage_curve(c).exponent / c.retention_exponent;
+  return ratio - 1 + (k > 1 ? std::pow(k, 1 / (1 - k)) * (k - 1) / k : 0);
+}
+
 double suction(const ReferenceState& state, Index n) {
-  return suction(material(state, n), pore_saturation(state, n), state.s.node_scanning[n]);
+  const double curve = state.s.node_scanning.empty() ? 1 : state.s.node_scanning[n];
+  return suction(material(state, n), pore_saturation(state, n), curve);
 }
 
 Eigen::Vector3d down(const ReferenceState& state) {

@@ -133,7 +133,11 @@ std::string Trial::porous_without_wicking() {
                                                 : std::string("diffusivity: 0");
   if (material_.film > 0) keys += without("film", "0");
   if (material_.film_viscosity > 0) keys += without("film_viscosity", "0");
-  if (material_.drainage_height > 0) keys += without("drainage_height", "0");
+  for (const auto& [key, value] : {std::pair{"drainage_height", material_.drainage_height},
+                                   {"drainage_exponent", material_.drainage_exponent},
+                                   {"large_pores", material_.large_pores},
+                                   {"large_pore_height", material_.large_pore_height}})
+    if (value > 0) keys += without(key, "0");
   if (material_.contact_wicking) keys += without("contact_wicking", "false");
   return keys;
 }

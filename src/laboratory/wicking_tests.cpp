@@ -164,7 +164,7 @@ double spread_radius(const Trial& trial, double volume, double time) {
   const MaterialScene& m = trial.material();
   const double n = m.exponent();
   if (!(n > 0) || m.weft_diffusivity || m.retention_exponent != 1 || m.breakthrough_pressure > 0 ||
-      m.has_hysteresis() || !(time > 0))
+      m.flows_by_suction() || !(time > 0))
     return 0;
   const double filled = volume * water_density / trial.capacity();  // m² of full fabric
   const double radius =

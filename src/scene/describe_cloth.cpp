@@ -62,20 +62,43 @@ void check_powers(Section& s, const MaterialScene& fabric) {
 }
 
 /// The rate of suction is bounded for powers of the saturation from 1 on alone (docs/theory/porous.md, section 18).
-void check_hysteresis(Section& s, const MaterialScene& fabric) {
-  if (!(fabric.drainage_height > 0)) return;
-  s.check(fabric.drainage_height >= fabric.capillary_height, "drainage_height",
-          fmt::format("is below capillary_height, {:g} m; allowed: at least that", fabric.capillary_height));
-  s.check(fabric.diffusivity > 0, "drainage_height",
-          "requires diffusivity, which is 0; allowed: only with diffusivity above 0");
+void check_suction(Section& s, const MaterialScene& fabric, const char* key) {
+  s.check(fabric.diffusivity > 0, key, "requires diffusivity, which is 0; allowed: only with diffusivity above 0");
   s.check(
-      fabric.exponent() >= 1, "drainage_height",
+      fabric.exponent() >= 1, key,
       fmt::format("requires a diffusion exponent of at least 1, which is {:g}; allowed: with diffusion: degenerate, "
                   "or with diffusion_exponent of at least 1",
                   fabric.exponent()));
-  s.check(fabric.retention_exponent >= 1, "drainage_height",
+  s.check(fabric.retention_exponent >= 1, key,
           fmt::format("requires a retention_exponent of at least 1, which is {:g}; allowed: with at least 1",
                       fabric.retention_exponent));
+}
+
+void check_hysteresis(Section& s, const MaterialScene& fabric) {
+  s.check(!(fabric.drainage_exponent > 0) || fabric.drainage_height > fabric.capillary_height, "drainage_exponent",
+          "requires a drainage_height above capillary_height; allowed: only with that");
+  if (!(fabric.drainage_height > 0)) return;
+  s.check(fabric.drainage_height >= fabric.capillary_height, "drainage_height",
+          fmt::format("is below capillary_height, {:g} m; allowed: at least that", fabric.capillary_height));
+  check_suction(s, fabric, "drainage_height");
+  s.check(!(fabric.drainage_exponent > 0) || fabric.drainage_exponent >= fabric.retention_exponent, "drainage_exponent",
+          fmt::format("is below retention_exponent, {:g}; allowed: [{:g}, 20]", fabric.retention_exponent,
+                      fabric.retention_exponent));
+}
+
+void check_large_pores(Section& s, const MaterialScene& fabric) {
+  constexpr double least = 1.5, most = 100;  // of both heights' ratio
+  s.check(!(fabric.large_pore_height > 0) || fabric.large_pores > 0, "large_pore_height",
+          "requires large_pores, which is 0; allowed: only with large_pores above 0");
+  if (!(fabric.large_pores > 0)) return;
+  s.check(fabric.large_pore_height > 0, "large_pores", "requires large_pore_height, in m; allowed: only with both");
+  s.check(fabric.large_pore_height * least <= fabric.capillary_height &&
+              fabric.large_pore_height * most >= fabric.capillary_height,
+          "large_pore_height",
+          fmt::format("{:g} does not suit the capillary_height of the small pores, {:g} m; allowed: [{:g}, {:g}] m",
+                      fabric.large_pore_height, fabric.capillary_height, fabric.capillary_height / most,
+                      fabric.capillary_height / least));
+  check_suction(s, fabric, "large_pores");
 }
 
 void describe_porous(Section& s, MaterialScene& fabric) {
@@ -115,6 +138,15 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   s.number("drainage_height", fabric.drainage_height, "[0, 1000]", "m",
            "height ℓ_d that replaces `capillary_height` where the fabric drains (hysteresis); at least that; 0: no "
            "hysteresis");
+  s.number("drainage_exponent", fabric.drainage_exponent, "[0, 20]", "1",
+           "retention exponent where the fabric drains; at least `retention_exponent`; 0: as that; requires "
+           "`drainage_height`");
+  s.number("large_pores", fabric.large_pores, "[0, 0.95]", "1",
+           "share w of the pore volume that lies between yarns, in large pores; `capillary_height` and `diffusivity` "
+           "are then those of the small ones within yarns; 0: pores of one kind");
+  s.number("large_pore_height", fabric.large_pore_height, "[0, 1000]", "m",
+           "capillary height of the large pores, below that of the small ones by a factor of 1.5 to 100; requires "
+           "`large_pores`");
   s.number("adhesion", fabric.wet_adhesion, "[0, 10]", "N/m",
            "adhesion of wet fabric to wet fabric or a solid: work per unit area; at most 0.14 with water");
   s.number("film", fabric.film, "[0, 0.01]", "m",
@@ -154,6 +186,7 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   check_rates(s, fabric);
   check_powers(s, fabric);
   check_hysteresis(s, fabric);
+  check_large_pores(s, fabric);
 }
 
 void check_pins(Section& s, const ClothScene& cloth) {

@@ -89,9 +89,9 @@ void describe_pores(Section& s, MaterialScene& fabric) {
   s.check(!fabric.contact_wicking || fabric.diffusivity > 0, "diffusivity",
           "is 0, but contact_wicking of the cloth requires it; allowed: above 0");
   check_rates(s, fabric);
-  for (const char* key :
-       {"emission_ramp", "diffusion", "diffusion_exponent", "capillary_height", "retention_exponent", "drainage_height",
-        "adhesion", "contact_wicking", "film", "film_viscosity", "compressibility"})
+  for (const char* key : {"emission_ramp", "diffusion", "diffusion_exponent", "capillary_height", "retention_exponent",
+                          "drainage_height", "drainage_exponent", "large_pores", "large_pore_height", "adhesion",
+                          "contact_wicking", "film", "film_viscosity", "compressibility"})
     s.not_here(key, of_the_cloth);
 }
 

@@ -98,13 +98,16 @@ bool give(Value& map, const std::string& dotted, const std::string& text, const 
 
 /// What a fabric gives and a region does not take.
 bool is_of_whole_cloth(const std::string& key, bool plate) {
-  constexpr std::array<std::string_view, 13> keys{"compression",
+  constexpr std::array<std::string_view, 16> keys{"compression",
                                                   "strain_limit",
                                                   "porous.diffusion",
                                                   "porous.diffusion_exponent",
                                                   "porous.capillary_height",
                                                   "porous.retention_exponent",
                                                   "porous.drainage_height",
+                                                  "porous.drainage_exponent",
+                                                  "porous.large_pores",
+                                                  "porous.large_pore_height",
                                                   "porous.adhesion",
                                                   "porous.film",
                                                   "porous.film_viscosity",

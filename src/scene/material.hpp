@@ -25,6 +25,9 @@ struct BasicMaterial {
   Number capillary_height = Number(1.0);   // ℓ, m
   Number retention_exponent = Number(1);   // β, 1: at rest sᵝ falls by 1 over the capillary height
   Number drainage_height = Number(0);      // ℓ_d, m: the same of fabric that drains; 0: as the capillary height
+  Number drainage_exponent = Number(0);    // β_d, 1: the retention exponent of fabric that drains; 0: as β
+  Number large_pores = Number(0);          // w, 1: share of the pores' volume that is in large ones, between yarns
+  Number large_pore_height = Number(0);    // ℓ₂, m: their capillary height
   Number wet_adhesion = Number(0);    // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
   Number film = Number(0);            // δ, m: thickest film of liquid on each face; 0: none
   Number film_viscosity = Number(0);  // m²/s, of the film; 0: that of the liquid
@@ -53,6 +56,10 @@ struct BasicMaterial {
   constexpr bool has_hysteresis() const { return wicks() && drainage_height > capillary_height; }
   /// ℓ_d/ℓ.
   constexpr Number drainage_ratio() const { return has_hysteresis() ? drainage_height / capillary_height : Number(1); }
+  /// Does it have pores of two sizes?
+  constexpr bool has_large_pores() const { return wicks() && large_pores > 0; }
+  /// Does liquid flow by the suction of its pores, or by the saturation alone?
+  constexpr bool flows_by_suction() const { return has_hysteresis() || has_large_pores(); }
   /// Does it pass into layers that touch?
   constexpr bool wicks_through_contact() const { return wicks() && contact_wicking; }
 
@@ -100,6 +107,9 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.capillary_height, b.capillary_height);
   visit(a.retention_exponent, b.retention_exponent);
   visit(a.drainage_height, b.drainage_height);
+  visit(a.drainage_exponent, b.drainage_exponent);
+  visit(a.large_pores, b.large_pores);
+  visit(a.large_pore_height, b.large_pore_height);
   visit(a.wet_adhesion, b.wet_adhesion);
   visit(a.film, b.film);
   visit(a.film_viscosity, b.film_viscosity);

@@ -248,9 +248,8 @@ double height_in_domain(const Model& model, const ClothMaterial& cloth) {
 double diffusion_rate(const Model& model, const ClothMaterial& cloth) {
   const FabricPairs& fabric = model.fabric;
   const double load = model.rest_density * (1 - cloth.solid_fraction) * cloth.thickness;
-  const double most = mobility_bound(cloth.diffusion_exponent, cloth.pore_saturation(), cloth.retention_exponent,
-                                     cloth.drainage_ratio())
-                          .difference;
+  const double most =
+      mobility_bound(cloth.diffusion_exponent, cloth.pore_saturation(), RetentionShape(cloth)).difference;
   double fastest = 0;
   for (Index n = cloth.first_node; n < cloth.first_node + cloth.node_count; ++n) {
     const auto at = static_cast<std::size_t>(n);

@@ -109,7 +109,8 @@ cloth:
     clean: 2.0e-5
     weld: 1.0e-5
     dynamics: false
-    porous: {diffusion_exponent: 2.5, retention_exponent: 1.5, drainage_height: 1.75}
+    porous: {diffusion_exponent: 2.5, retention_exponent: 1.5, drainage_height: 1.75,
+      drainage_exponent: 2.25, large_pores: 0.375, large_pore_height: 0.125}
   - name: followed
     mesh: {file: exists.obj}
     clean: off

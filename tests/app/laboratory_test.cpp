@@ -278,13 +278,17 @@ TEST(laboratory, tests_leave_out_what_they_do_not_use) {
   const std::vector<std::string> keys{"cloth.0.porous.film=3e-4",
                                       "cloth.0.porous.film_viscosity=1e-6",
                                       "cloth.0.porous.drainage_height=2",
+                                      "cloth.0.porous.large_pores=0.5",
+                                      "cloth.0.porous.large_pore_height=0.1",
                                       "cloth.0.porous.diffusion_exponent=1",
                                       "cloth.0.porous.contact_wicking=true",
                                       "cloth.0.porous.permeability=1e-10",
                                       "cloth.0.porous.weft_diffusivity=1e-5"};
   const TestResult head = run("iso811", "cotton_plain", keys);
   EXPECT_EQ(head.mean("head"), 0);
-  EXPECT_TRUE(has_note(head, "does not use weft_diffusivity, film, film_viscosity, drainage_height, contact_wicking"));
+  EXPECT_TRUE(has_note(head,
+                       "does not use weft_diffusivity, film, film_viscosity, drainage_height, large_pores, "
+                       "large_pore_height, contact_wicking"));
   std::vector<std::string> brief = keys;
   brief.emplace_back("time.end=0.02");
   EXPECT_NO_THROW(run("iso9073-8", "cotton_plain", brief));

@@ -228,7 +228,8 @@ TEST_F(Ranks, ClothThatIsSqueezed) {
 
 TEST_F(Ranks, ClothWithHysteresis) {
   std::string text = porous_scene;
-  text.replace(text.find("max_saturation: 1.5,"), 0, "drainage_height: 0.5, ");
+  text.replace(text.find("max_saturation: 1.5,"), 0,
+               "drainage_height: 0.5, large_pores: 0.5, large_pore_height: 0.05, ");
   expect_equal(scene(text.c_str()), {2}, 12);
 }
 

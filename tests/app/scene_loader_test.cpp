@@ -225,6 +225,9 @@ ClothScene cloth_from_a_file() {
   second.material.diffusion_exponent = 2.5;
   second.material.retention_exponent = 1.5;
   second.material.drainage_height = 1.75;
+  second.material.drainage_exponent = 2.25;
+  second.material.large_pores = 0.375;
+  second.material.large_pore_height = 0.125;
   return second;
 }
 

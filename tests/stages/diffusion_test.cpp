@@ -95,13 +95,35 @@ TEST(diffusion, with_hysteresis_agrees_with_the_reference) {
       s.node_extreme[n] = std::max(0.0, saturation + away[n / 6 % 6]);
     }
   };
-  for (const std::string keys : {"diffusion: degenerate", "diffusion_exponent: 2.5, retention_exponent: 3",
-                                 "diffusion: degenerate, film: 1.0e-4"})
+  for (const std::string keys :
+       {"diffusion: degenerate", "diffusion_exponent: 2.5, retention_exponent: 3",
+        "diffusion: degenerate, film: 1.0e-4", "diffusion_exponent: 1.5, retention_exponent: 1.5, drainage_exponent: 4",
+        "diffusion: degenerate, large_pores: 0.6, large_pore_height: 0.1",
+        "diffusion_exponent: 3, retention_exponent: 2, drainage_exponent: 3.5, large_pores: 0.4, "
+        "large_pore_height: 0.05"})
     compare_stage(
         {.stage = Stage::diffusion,
          .scene = with(wet_scene(), "diffusivity: 1.0e-3", "diffusivity: 1.0e-3, drainage_height: 0.5, " + keys),
          .prepare = scan,
          .changes = "node_liquid node_velocity node_scanning node_extreme"});
+}
+
+TEST(diffusion, through_pores_of_two_sizes_agrees_with_the_reference) {
+  for (const std::string keys : {"diffusion: degenerate, large_pores: 0.6, large_pore_height: 0.1",
+                                 "diffusion_exponent: 2.5, retention_exponent: 3, large_pores: 0.2, "
+                                 "large_pore_height: 0.02",
+                                 "diffusion_exponent: 1.5, retention_exponent: 1.2, large_pores: 0.9, "
+                                 "large_pore_height: 0.06, film: 1.0e-4"})
+    compare_stage({.stage = Stage::diffusion,
+                   .scene = with(wet_scene(), "diffusivity: 1.0e-3", "diffusivity: 1.0e-3, " + keys),
+                   .prepare = stir,
+                   .changes = "node_liquid node_velocity"});
+  const std::string one = two_layers("large_pores: 0.5, large_pore_height: 0.02, diffusion_exponent: 2");
+  for (const std::string& scene :
+       {one, with(one, "porous: {solid_fraction: 0.6, ",
+                  "porous: {solid_fraction: 0.6, diffusion: degenerate, large_pores: 0.3, large_pore_height: 0.1, "
+                  "drainage_height: 2, ")})
+    compare_stage({.stage = Stage::diffusion, .scene = scene, .changes = "node_liquid"});
 }
 
 TEST(diffusion, between_layers_with_hysteresis_agrees_with_the_reference) {

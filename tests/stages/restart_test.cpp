@@ -128,8 +128,9 @@ TEST_P(Restart, GoingBackIsExact) {
       with(porous_scene, "porous: {max_saturation: 1.5,", "porous: {film: 6.0e-4, film_viscosity: 1.0e-6,");
   const std::string squeezed =
       with(porous_scene, "porous: {max_saturation: 1.5,", "porous: {compressibility: 0.5, max_saturation: 1.5,");
-  const std::string drained =
-      with(porous_scene, "adhesion: 0.1, contact_wicking: true", "adhesion: 0.1, drainage_height: 0.5");
+  const std::string drained = with(porous_scene, "adhesion: 0.1, contact_wicking: true",
+                                   "adhesion: 0.1, drainage_height: 0.5, large_pores: 0.5, "
+                                   "large_pore_height: 0.05");
   for (const std::string& scene : {std::string(liquid_scene), std::string(porous_scene), in_air, filmed, squeezed,
                                    drained, std::string(cloth_scene)}) {
     const auto setup = setup_from(scene);

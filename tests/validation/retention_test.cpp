@@ -43,6 +43,38 @@ cloth:
   }
 }
 
+// A strip whose large pores, between yarns, hold liquid up to a third of the height of the small ones.
+TEST(retention, a_strip_with_pores_of_two_sizes_holds_liquid_in_each_up_to_its_height) {
+  for (const double beta : {1.0, 2.0}) {
+    constexpr double height = 0.15, large_height = 0.05, share = 0.6, length = 0.2;
+    SceneRun run(fmt::format(R"(drench: 1
+time: {{step: 1, end: 1000}}
+output: {{every: 0}}
+cloth:
+  - mesh: {{grid: {{size: [0.02, {1}], nodes: [5, 41]}}}}
+    place: {{position: [0, {2}, 0], rotate: {{axis: [1, 0, 0], degrees: 90}}}}
+    dynamics: false
+    hold_saturation: [{{box: {{min: [-1, -1, -1], max: [1, 1.0e-6, 1]}}, value: 1}}]
+    porous: {{diffusivity: 1.0e-3, diffusion: degenerate, retention_exponent: {0}, capillary_height: {3},
+             large_pores: {4}, large_pore_height: {5}}}
+)",
+                             beta, length, length / 2, height, share, large_height));
+    while (run.time() < 300) run.step();
+    const HostState s = run.state();
+    const auto held = [&](double z, double up_to) { return z < up_to ? std::pow(1 - z / up_to, 1 / beta) : 0; };
+    double off = 0, sum = 0;
+    for (std::size_t n = 0; n < s.node_liquid.size(); ++n) {
+      const double capacity = run.model().samples.node_capacity[n], z = s.node_position[n][1];
+      const double exact = (1 - share) * held(z, height) + share * held(z, large_height);
+      off += std::abs(kilograms(run.model(), s.node_liquid[n]) - capacity * exact);
+      sum += capacity * exact;
+    }
+    report({fmt::format("strip with pores of two sizes, β = {:g}: mean error of the saturation at rest over its mean",
+                        beta),
+            "s = Σ w (1 − z/ℓ)^(1/β)", off / sum, 0.02});
+  }
+}
+
 // A strip in a reservoir, upright, tilted and upright again: each node has scanning curves of its own, from where it
 // was.
 TEST(retention, a_strip_that_is_tilted_and_raised_follows_its_scanning_curves) {

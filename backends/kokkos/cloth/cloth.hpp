@@ -7,6 +7,7 @@
 #include "core/cell_table.hpp"
 #include "core/constants.hpp"
 #include "pipeline/backend.hpp"
+#include "porous/retention_law.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -14,6 +15,9 @@ namespace drench::kokkos_backend {
 struct Material : ResolvedMaterial<Real> {
   double mobility_exponent = 0, retention = 1;    // n and β of the law of diffusion, unrounded
   double most_mobility = 1, height_mobility = 1;  // ψ_max, μ of its rate (stages/substeps.hpp)
+  double steepest_suction = 1;                    // what h/ℓ falls by with the saturation at most, history included
+  bool by_suction = false;                        // it flows by `suction`
+  laws::Retention suction{};                      // with hysteresis or large pores
 };
 
 /// What a node shares with another one: the spring of an edge (stiffness 0: none) and B_nm = Σ_h c_h K_n K_m of their

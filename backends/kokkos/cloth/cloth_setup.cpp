@@ -16,12 +16,20 @@ namespace {
 
 Material material_of(const ClothMaterial& c) {
   Material m{material_in<Real>(c)};
-  const MobilityBound bound =
-      mobility_bound(c.diffusion_exponent, double(Real(c.pore_saturation())), c.retention_exponent, c.drainage_ratio());
+  const double most = double(Real(c.pore_saturation()));
+  const RetentionShape shape(c);
+  const MobilityBound bound = mobility_bound(c.diffusion_exponent, most, shape);
   m.mobility_exponent = c.diffusion_exponent;
   m.retention = c.retention_exponent;
   m.most_mobility = bound.difference;
   m.height_mobility = bound.height;
+  m.steepest_suction = shape.steepest(most);
+  if (shape.ratio > 1) m.steepest_suction += std::max(1.0, c.diffusion_exponent) * shape.jump();
+  m.by_suction = c.flows_by_suction();
+  m.suction = {{shape.beta, shape.large, shape.narrowing},
+               {shape.drainage_beta, shape.large, shape.narrowing},
+               shape.ratio,
+               c.has_hysteresis()};
   m.contact_wicking = c.wicks_through_contact();
   return m;
 }

@@ -8,7 +8,6 @@
 #include "cloth/proximity.hpp"
 #include "cloth/wet_cloth.hpp"
 #include "porous/diffusion_law.hpp"
-#include "porous/hysteresis_law.hpp"
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 #include "state/film.hpp"
@@ -30,15 +29,13 @@ KOKKOS_INLINE_FUNCTION double most_in_pores(const Material& m) {
 
 /// Of fabric in contact with fabric whose ℓ is `other` (m), for liquid of `density` kg/m³.
 KOKKOS_INLINE_FUNCTION laws::Layer layer_of(const Material& m, double other, double density) {
-  const double height = double(m.capillary_height);
+  const double own = double(m.capillary_height), height = own / smaller(own, other);
   return {density * (1 - double(m.solid_fraction)) * double(m.thickness),
           double(m.thickness),
           double(m.diffusivity),
-          height / smaller(height, other),
+          height,
           m.retention,
-          most_in_pores(m),
-          laws::retention_of(m).ratio,
-          m.mobility_exponent};
+          height * m.steepest_suction};
 }
 
 /// What the kernel over samples sees.
@@ -184,15 +181,15 @@ void offer(const Constants& constants, const Cloth& cloth, ContactWork& work, do
             const Material& m = materials(n);
             const double weight = ends.weight(c, far != 0, k), filling = wet.pore_filling(n, m);
             s[far] += weight * filling;
-            if (laws::has_hysteresis(m))
-              scanned[far] += weight * laws::retention_of(m).held(filling, double(scanning(n)));
+            if (m.by_suction)
+              scanned[far] += weight * m.suction.held(filling, scanning.exist() ? double(scanning(n)) : 1);
           }
         const Material &own = materials(ends.node(c, false, 0)), &other = materials(ends.node(c, true, 0));
         const double exponent = larger(own.mobility_exponent, other.mobility_exponent);
         const laws::Layer here = layer_of(own, double(other.capillary_height), density),
                           there = layer_of(other, double(own.capillary_height), density);
-        const double held = here.ratio > 1 ? here.height * scanned[0] : here.held(s[0]);
-        const double held_there = there.ratio > 1 ? there.height * scanned[1] : there.held(s[1]);
+        const double held = own.by_suction ? here.height * scanned[0] : here.held(s[0]);
+        const double held_there = other.by_suction ? there.height * scanned[1] : there.held(s[1]);
         const double flux = laws::held_flux(g(c), s[0], s[1], held, held_there, drop(c), exponent);
         const Quanta o = offered(Kokkos::abs(flux) * scale);
         if (o == 0) return;

@@ -15,7 +15,6 @@
 #include "porous/contact_wicking.hpp"
 #include "porous/diffusion_law.hpp"
 #include "porous/emission_law.hpp"
-#include "porous/hysteresis_law.hpp"
 #include "porous/stages.hpp"
 #include "porous/transfer.hpp"
 
@@ -98,8 +97,8 @@ struct NodePairs {
     const bool dry_i = wet.liquid(i) == 0, dry_j = wet.liquid(j) == 0;
     if (dry_i && dry_j) return 0;
     const Material& m = materials(i);
-    double flux = scanning.exist() && laws::has_hysteresis(m)
-                      ? scanned_flux(e, i, j)
+    double flux = m.by_suction
+                      ? suction_flux(e, i, j)
                       : laws::retained_flux(conductance(e), wet.pore_filling(i, m), wet.pore_filling(j, materials(j)),
                                             drop(e), m.mobility_exponent, m.retention);
     if (wet.pores.exist()) flux += conductance(e) * (squeezed_out(j) - squeezed_out(i));
@@ -108,13 +107,17 @@ struct NodePairs {
     const Quanta o = offered(Kokkos::abs(flux) * scale);
     return flux > 0 ? o : -o;
   }
-  /// Of pair e, kg/s, by the suctions of both nodes on their own curves.
-  KOKKOS_INLINE_FUNCTION double scanned_flux(Index e, Index i, Index j) const {
+  /// Of pair e, kg/s, by the suctions of both nodes, each on its own curve with hysteresis.
+  KOKKOS_INLINE_FUNCTION double suction_flux(Index e, Index i, Index j) const {
     const Material& m = materials(i);
-    const laws::Retention retention = laws::retention_of(m);
     const double here = wet.pore_filling(i, m), there = wet.pore_filling(j, materials(j));
-    return laws::held_flux(conductance(e), here, there, retention.held(here, double(scanning(i))),
-                           retention.held(there, double(scanning(j))), drop(e), m.mobility_exponent);
+    const double held = m.suction.held(here, scanning.exist() ? double(scanning(i)) : 1);
+    const double held_there = m.suction.held(there, scanning.exist() ? double(scanning(j)) : 1);
+    if (!(m.suction.wetting.large > 0))
+      return laws::held_flux(conductance(e), here, there, held, held_there, drop(e), m.mobility_exponent);
+    const double drive = (held_there - held) + drop(e);
+    return conductance(e) * drive *
+           laws::parallel_mobility(m.suction, here, there, drive > 0 ? there : here, m.mobility_exponent);
   }
   /// What pressure has left no room for at a node, of what its pores hold under it, 1.
   KOKKOS_INLINE_FUNCTION double squeezed_out(Index n) const {
@@ -137,9 +140,8 @@ void turn_nodes(const Constants& constants, Cloth& cloth) {
   parallel(
       "drench::diffusion::turn", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Material& m = materials(n);
-        if (!laws::has_hysteresis(m) || !(wet.capacity(n) > 0)) return;
-        const laws::Scan scan =
-            laws::retention_of(m).next({double(scanning(n)), double(extreme(n))}, wet.pore_filling(n, m));
+        if (!m.suction.hysteresis || !(wet.capacity(n) > 0)) return;
+        const laws::Scan scan = m.suction.next({double(scanning(n)), double(extreme(n))}, wet.pore_filling(n, m));
         scanning(n) = Real(scan.curve);
         extreme(n) = Real(scan.extreme);
       });

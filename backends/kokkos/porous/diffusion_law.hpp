@@ -2,6 +2,7 @@
 // How liquid spreads within the cloth: paper Eq. 11, replaced as src/stages/diffusion.hpp says.
 
 #include "core/types.hpp"
+#include "porous/retention_law.hpp"
 
 namespace drench::kokkos_backend::laws {
 
@@ -24,6 +25,16 @@ KOKKOS_INLINE_FUNCTION double mobility(double a, double b, double donor, double 
   if (n == 0) return 1;
   if (n == 1) return smaller((a + b) / 2, 2 * donor);
   return power_mobility(a, b, donor, n);
+}
+
+/// ψ of small and large pores side by side (Eq. 52); `donor`: the saturation of the one that gives.
+KOKKOS_INLINE_FUNCTION double parallel_mobility(const Retention& retention, double a, double b, double donor,
+                                                double n) {
+  const PoreFilling one = retention.filling(a), other = retention.filling(b);
+  const PoreFilling from = donor == a ? one : other;
+  const double w = retention.wetting.large, wide = retention.wetting.narrowing * retention.wetting.narrowing;
+  return (1 - w) * mobility(one.small, other.small, from.small, n) +
+         w * wide * mobility(one.large, other.large, from.large, n);
 }
 
 /// F, kg/s, positive from j to i: G ψ (held_j − held_i + drop), held = 1 − h/ℓ of the suction h, drop = (x_i − x_j)·ĝ/ℓ
@@ -62,19 +73,11 @@ KOKKOS_INLINE_FUNCTION double steepest_film(double flow, double most, double dep
 struct Layer {
   double load, thickness, diffusivity;  // ρ0 (1−Φ) τ in kg/m²; m; m²/s
   double height, retention;             // r = ℓ over the lesser ℓ of both; β
-  double most_saturation;
-  double ratio, exponent;  // ℓ_d/ℓ, above 1 with hysteresis; n
+  double steepest;  // the most that its suction over the lesser ℓ falls by with s; 1 for β below 1
 
   /// What its suction over the lesser ℓ falls by in filling up: r sᵝ.
   KOKKOS_INLINE_FUNCTION double held(double saturation) const {
     return height * (retention == 1 ? saturation : Kokkos::pow(larger(0.0, saturation), retention));
-  }
-  /// The largest slope of that with s, for β ≥ 1; below 1 the mobility makes up for it.
-  KOKKOS_INLINE_FUNCTION double steepest() const {
-    const double slope = retention > 1 ? retention * Kokkos::pow(most_saturation, retention - 1) : 1;
-    if (!(ratio > 1)) return height * slope;
-    const double scanning = retention / (1 - Kokkos::pow(1 - 1 / ratio, 1 / retention));
-    return height * (larger(slope, scanning) + larger(1.0, exponent) * (ratio - 1));
   }
 };
 
@@ -83,7 +86,7 @@ struct Layer {
 KOKKOS_INLINE_FUNCTION double contact_conductance(const Layer& p, const Layer& t, double dt) {
   const double resistance = p.height * (p.thickness * p.thickness) / (2 * p.load * p.diffusivity) +
                             t.height * (t.thickness * t.thickness) / (2 * t.load * t.diffusivity);
-  return smaller(1 / resistance, smaller(p.load / p.steepest(), t.load / t.steepest()) / (4 * dt));
+  return smaller(1 / resistance, smaller(p.load / p.steepest, t.load / t.steepest) / (4 * dt));
 }
 
 }  // namespace drench::kokkos_backend::laws
