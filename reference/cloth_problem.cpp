@@ -178,7 +178,12 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
     double bound = model().has_strain_limit() ? mesh.limit_stiffness[t] : 0;
     if (model().has_membrane()) {
       const Membrane<double>& m = mesh.membrane[t];
-      bound += (1 + material(mesh.triangle[t][0]).strain_damping / dt) * (std::max(m.warp, m.weft) + 2 * m.shear);
+      const auto [warp, weft] = yarn_reach(t);
+      const auto steepest = [](double k, double lock, double e) {
+        return lock > 0 ? k * (1 + std::pow(e / lock, 2)) / std::pow(1 - std::pow(e / lock, 2), 2) : k;
+      };
+      bound += (1 + material(mesh.triangle[t][0]).strain_damping / dt) *
+               (std::max(steepest(m.warp, m.warp_locking, warp), steepest(m.weft, m.weft_locking, weft)) + 2 * m.shear);
     }
     for (int c = 0; c < 3; ++c) diagonal[mesh.triangle[t][c]] += 0.5 * bound * share[c];
   }
@@ -232,6 +237,19 @@ Stress ClothProblem::limit_stress(Index t, const Vectors& x) const {
   return -mesh.limit_stiffness[t] * (deformation - nearest);
 }
 
+std::array<double, 2> ClothProblem::yarn_reach(Index t) const {
+  const ClothMesh& mesh = model().mesh;
+  const Membrane<double>& m = mesh.membrane[t];
+  const auto [a, b, c] = mesh.triangle[t];
+  if (m.warp == 0) return {0, 0};
+  Stress edges;
+  edges << start[b] - start[a], start[c] - start[a];
+  const Stress f = edges * rest_frame(mesh, t).inverse();
+  const Vector3d warp = m.cosine * f.col(0) + m.sine * f.col(1), weft = m.cosine * f.col(1) - m.sine * f.col(0);
+  return {std::min(locking_part * m.warp_locking, std::max(0.0, warp.norm() - 1) + locking_margin),
+          std::min(locking_part * m.weft_locking, std::max(0.0, weft.norm() - 1) + locking_margin)};
+}
+
 Stress ClothProblem::membrane_stress(Index t, const Vectors& x) const {
   const ClothMesh& mesh = model().mesh;
   const Membrane<double>& m = mesh.membrane[t];
@@ -255,12 +273,20 @@ Stress ClothProblem::membrane_stress(Index t, const Vectors& x) const {
   };
   const double wet =
       1 + (m.wet - 1) * (node_saturation(state, a) + node_saturation(state, b) + node_saturation(state, c)) / 3;
+  const std::array<double, 2> reach = yarn_reach(t);
   Stress along_yarns, along_lines;
   for (int k = 0; k < 2; ++k) {
-    const double stiffness = k == 0 ? m.warp : m.weft;
+    const double stiffness = k == 0 ? m.warp : m.weft, lock = k == 0 ? m.warp_locking : m.weft_locking;
     const Vector3d now = yarns.col(k), before = yarns0.col(k);
-    along_yarns.col(k) = -stiffness * ((now.norm() - 1) * now.stableNormalized() +
-                                       rate * growth(now, before) * before.stableNormalized());
+    // Eq. 4c while it is stretched, from the reach on along the tangent
+    const double strain = now.norm() - 1;
+    double tension = strain;
+    if (lock > 0 && strain > 0) {
+      const double bent = std::min(strain, reach[k]), left = 1 - std::pow(bent / lock, 2);
+      tension = bent / left + (2 - left) / (left * left) * (strain - bent);
+    }
+    along_yarns.col(k) =
+        -stiffness * (tension * now.stableNormalized() + rate * growth(now, before) * before.stableNormalized());
   }
   const double shear = lines.col(0).norm() - lines.col(1).norm();
   const double shearing = growth(lines.col(0), lines0.col(0)) - growth(lines.col(1), lines0.col(1));

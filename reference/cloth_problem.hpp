@@ -54,6 +54,8 @@ struct ClothProblem {
   Stress triangle_stress(Index t, const Vectors& x) const;
   Stress limit_stress(Index t, const Vectors& x) const;
   Stress membrane_stress(Index t, const Vectors& x) const;
+  /// The strains of warp and weft up to which a triangle's yarns follow their law in this step (Eq. 4c).
+  std::array<double, 2> yarn_reach(Index t) const;
   /// The sum over each node's springs, hinges and triangles of what the three functions above give, N. `triangle` is
   /// empty where no cloth has a strain limit or a membrane.
   Vectors gathered(const Vectors& spring, const Vectors& hinge, const std::vector<Stress>& triangle) const;

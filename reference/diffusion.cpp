@@ -138,7 +138,7 @@ double steepest_film(const ReferenceState& state, const Pair& pair) {
   return pair.film * c.film_flow * 3 * most * most * c.film_depth * drop;
 }
 
-/// What a pair conducts at most of a difference of saturation and of height: docs/theory/porous.md, Eqs. 19, 49 and 53.
+/// What a pair conducts at most of a difference of saturation and of height: docs/theory/porous.md, Eqs. 19, 49 and 52.
 std::pair<double, double> conducts_at_most(const ClothMaterial& c) {
   const double e = c.diffusion_exponent, beta = c.retention_exponent, top = c.pore_saturation();
   const double above = std::pow(top, e + beta - 1), steep = std::max(1.0, e * std::pow(top, e - 1));

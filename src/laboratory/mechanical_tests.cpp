@@ -128,8 +128,14 @@ void tensile(Trial& trial) {
   std::vector<double> extensions, forces;
   double previous_strain = 0, previous_force = 0;
   // Springs on a grid resist with 1.2 Y along its axes (docs/theory/cloth.md, (4)).
-  const double expected = (trial.material().membrane ? 1 : 1.2) * stiffness(trial.material(), trial.along_warp()),
-               limit = trial.material().strain_limit;
+  const MaterialScene& m = trial.material();
+  const double slope = (m.membrane ? 1 : 1.2) * stiffness(m, trial.along_warp()), limit = m.strain_limit;
+  const double lock = !m.membrane ? 0 : trial.along_warp() ? m.membrane->warp_locking : m.membrane->weft_locking;
+  const auto expected = [=](double e) {  // N/m; docs/theory/cloth.md, Eq. 4c
+    if (!(lock > 0)) return slope * e;
+    const double at = std::min(e, locking_part * lock), left = 1 - at * at / (lock * lock);
+    return slope * (at / left + (2 - left) / (left * left) * (e - at));
+  };
   const auto is_elastic = [limit](double e) { return !(limit > 0) || e < limit * (1 - 1e-6); };
   std::vector<double> marks{0.01, 0.02, 0.05};
   watch_run(*run, run->scene().time.end, 0.1, [&](const HostState& s) {
@@ -143,15 +149,18 @@ void tensile(Trial& trial) {
                                             std::max(1e-12, e - previous_strain);
       trial.number(fmt::format("force_{:g}_percent_{}", 100 * marks.front(), name),
                    fmt::format("force at {:g} %, 50 mm wide, {}", 100 * marks.front(), name), "N", f,
-                   is_elastic(marks.front()) ? std::optional(expected * marks.front() * width) : std::nullopt);
+                   is_elastic(marks.front()) ? std::optional(expected(marks.front()) * width) : std::nullopt);
       marks.erase(marks.begin());
     }
     previous_strain = e, previous_force = force;
     return true;
   });
-  if (extensions.size() > 1)
+  if (extensions.size() > 1) {
+    std::vector<double> by_law;
+    for (const double e : extensions) by_law.push_back(expected(e));
     trial.number("stiffness_" + name, "tensile stiffness up to 1 %, " + name, "N/m", fit_line(extensions, forces).slope,
-                 expected);
+                 fit_line(extensions, by_law).slope);
+  }
   if (!is_elastic(strain))
     trial.note(
         fmt::format("from {:g} % on the force is that of strain_limit, for which there is no theory", 100 * limit));

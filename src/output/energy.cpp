@@ -114,8 +114,15 @@ void add_membranes_and_plates(const Model& model, const HostState& state, Energi
     const Vector3d u = m.cosine * f + m.sine * g, v = m.cosine * g - m.sine * f;
     const double shear = std::numbers::sqrt2 / 2 * ((u + v).norm() - (u - v).norm());
     const double wet = 1 + (m.wet - 1) * (saturation(a) + saturation(b) + saturation(c)) / 3;
-    e.stretch +=
-        0.5 * wet * (m.warp * std::pow(u.norm() - 1, 2) + m.weft * std::pow(v.norm() - 1, 2) + m.shear * shear * shear);
+    const auto yarn = [](double strain, double lock) {  // over k/2; Eq. 4c
+      if (!(lock > 0 && strain > 0)) return strain * strain;
+      const double at = std::min(strain, locking_part * lock), beyond = strain - at, part = at * at / (lock * lock);
+      return -lock * lock * std::log(1 - part) + 2 * at / (1 - part) * beyond +
+             (1 + part) / ((1 - part) * (1 - part)) * beyond * beyond;
+    };
+    e.stretch += 0.5 * wet *
+                 (m.warp * yarn(u.norm() - 1, m.warp_locking) + m.weft * yarn(v.norm() - 1, m.weft_locking) +
+                  m.shear * shear * shear);
   }
   for (std::size_t k = 0; k < mesh.plate_pair.size(); ++k)
     e.bend -= 0.5 * mesh.plate_weight[k] * (at(mesh.plate_pair[k][0]) - at(mesh.plate_pair[k][1])).squaredNorm();

@@ -18,6 +18,8 @@ void describe_other_membrane(Section& s, MembraneScene& membrane) {
   s.number("weft", membrane.weft, "[0.001, 1e9]", "N/m", as_the_cloth);
   s.number("shear", membrane.shear, "[0, 1e9]", "N/m", as_the_cloth);
   s.number("wet", membrane.wet, "[0.01, 1]", "1", as_the_cloth);
+  s.number("warp_locking", membrane.warp_locking, "[0, 10]", "1", as_the_cloth);
+  s.number("weft_locking", membrane.weft_locking, "[0, 10]", "1", as_the_cloth);
 }
 
 void describe_other_plate(Section& s, PlateScene& plate) {

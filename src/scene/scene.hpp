@@ -143,8 +143,9 @@ enum class DiffusionLaw { linear, degenerate };
 /// Of woven or knitted cloth, per triangle (docs/theory/cloth.md, section 2); takes the place of
 /// MaterialScene::stretch.
 struct MembraneScene {
-  double warp = 0, weft = 0, shear = 0;  // k_u, k_v, k_s, N/m
-  double wet = 1;                        // 1; factor on all three at saturation 1, linear in between
+  double warp = 0, weft = 0, shear = 0;       // k_u, k_v, k_s, N/m
+  double wet = 1;                             // 1; factor on all three at saturation 1, linear in between
+  double warp_locking = 0, weft_locking = 0;  // e_L of both, 1: strains at which yarns lock; 0: never
 
   bool operator==(const MembraneScene&) const = default;
 };

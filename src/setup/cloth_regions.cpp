@@ -96,6 +96,8 @@ MaterialScene blended(const MaterialScene& cloth, const MaterialScene& region, d
     mix(m.membrane->weft, region.membrane->weft);
     mix(m.membrane->shear, region.membrane->shear);
     mix(m.membrane->wet, region.membrane->wet);
+    mix(m.membrane->warp_locking, region.membrane->warp_locking);
+    mix(m.membrane->weft_locking, region.membrane->weft_locking);
   }
   if (m.bending && region.bending) {
     mix(m.bending->warp, region.bending->warp);

@@ -55,7 +55,8 @@ void set_triangle_stiffness(Model& model, const std::vector<std::vector<std::arr
     if (fabric.membrane) {
       const auto& [c, s] = warp[cloth][static_cast<std::size_t>(t - model.cloths[cloth].first_triangle)];
       const MembraneScene& m = *fabric.membrane;
-      mesh.membrane.back() = {c, s, m.warp * area, m.weft * area, m.shear * area, m.wet};
+      mesh.membrane.back() = {
+          c, s, m.warp * area, m.weft * area, m.shear * area, m.wet, m.warp_locking, m.weft_locking};
     }
     if (weight <= 0 && !fabric.membrane) continue;
     for (Index c = 0; c < 3; ++c) entries.push_back({corner[static_cast<std::size_t>(c)], 4 * t + c});

@@ -46,7 +46,7 @@ struct RetentionShape {
 };
 
 /// ψ_max and μ of the rate (law 3), 1: how much of the differences of saturation and height an edge conducts at most,
-/// for the exponent n and the largest saturation (docs/theory/porous.md, Eqs. 49 and 53).
+/// for the exponent n and the largest saturation (docs/theory/porous.md, Eqs. 49 and 52).
 struct MobilityBound {
   double difference, height;
 };

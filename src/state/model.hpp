@@ -42,13 +42,19 @@ struct ClothMaterial : ResolvedMaterial<double> {
 };
 
 /// Of a triangle of woven or knitted cloth: warp = cosine · (first axis) + sine · (second axis) of its frame, k A of
-/// the stretches along warp and weft and of shear, N·m, and the factor on these at saturation 1. All 0 in other cloths.
+/// the stretches along warp and weft and of shear, N·m, the factor on these at saturation 1, and the strains at which
+/// yarns lock. All 0 in other cloths.
 template <class Number>
 struct Membrane {
   Number cosine, sine;
   Number warp, weft, shear;
   Number wet;
+  Number warp_locking, weft_locking;  // e_L, 1; 0: never
 };
+
+/// Beyond this strain over that at the start of the step, 1, and beyond this part of the locking strain, where it is
+/// 20 times as stiff, a yarn pulls along its tangent, so that one matrix bounds the whole step.
+inline constexpr double locking_margin = 0.02, locking_part = 0.84;
 
 /// All cloths' meshes, concatenated; indices are global. Built once from the rest shape.
 struct ClothMesh {

@@ -92,6 +92,20 @@ TEST(Energy, OfAWovenSheet) {
   EXPECT_NEAR(energies_of(setup.model, state).stretch, sheared, 1e-9 * sheared);
 }
 
+TEST(Energy, OfYarnsThatLock) {
+  const std::string keys = "    stretch: 100\n    strain_limit: 0.02\n";
+  std::string scene = sheet_and_ball;
+  scene.replace(scene.find(keys), keys.size(),
+                "    membrane: {warp: 100, weft: 60, shear: 20, warp_locking: 0.1, weft_locking: 0.2}\n"
+                "    warp: [0, 0, 1]\n");
+  const drench::Setup setup = build(parse_scene(scene, "test.yaml"));
+  HostState state = setup.state;
+  for (Vec3& x : state.node_position) x[0] *= 1.05, x[2] *= 0.98;
+  const double area = 0.16, weft = -0.5 * 60 * 0.2 * 0.2 * std::log(1 - 0.25 * 0.25),
+               warp = 0.5 * 100 * 0.02 * 0.02;  // which is compressed
+  EXPECT_NEAR(energies_of(setup.model, state).stretch, area * (weft + warp), 1e-9 * area * (weft + warp));
+}
+
 TEST(Energy, OfABodyThatTurnsAndRises) {
   const drench::Setup setup = build(parse_scene(sheet_and_ball, "test.yaml"));
   HostState state = setup.state;

@@ -96,7 +96,7 @@ cloth:
   - name: moved
     mesh: {grid: {size: [1, 1], nodes: [5, 5]}}
     velocity: [3, 0, -0.5]
-    membrane: {warp: 900, weft: 450, shear: 90}
+    membrane: {warp: 900, weft: 450, shear: 90, warp_locking: 0.25, weft_locking: 0.5}
     warp: [0, 0.5, 1]
     pin:
       - {nodes: [0, 1], velocity: [0.1, 0, 0.2], start: 0.5, end: 2.5}

@@ -188,7 +188,7 @@ ClothScene cloth_with_moved_pins() {
   ClothScene moved;
   moved.name = "moved";
   moved.grid = GridScene{{1, 1}, {5, 5}};
-  moved.material.membrane = MembraneScene{900, 450, 90, 1};
+  moved.material.membrane = MembraneScene{900, 450, 90, 1, 0.25, 0.5};
   moved.material.has_warp = true;
   moved.material.warp = {0, 0.5, 1};
   moved.pins.resize(3);

@@ -186,6 +186,27 @@ TEST(cloth, woven_agrees_with_the_reference) {
                  .changes = "node_velocity"});
 }
 
+/// Yarns that lock, below and beyond the strains up to which they follow their law in the step.
+TEST(cloth, woven_of_yarns_that_lock_agrees_with_the_reference) {
+  using Prepare = std::function<void(const Model&, HostState&)>;
+  const auto locking = [](const std::string& scene) {
+    return with(scene, "wet: 0.5}", "wet: 0.5, warp_locking: 0.1, weft_locking: 0.05}");
+  };
+  const auto thrown_apart = [](const Model& m, HostState& s) {
+    stretch_and_shear(m, s);
+    for (std::size_t n = 0; n < s.node_velocity.size(); ++n)
+      s.node_velocity[n] = {30 * s.node_position[n][0], 0, 25 * s.node_position[n][2]};
+  };
+  for (const std::string& scene : {locking(woven(wet_scene())), limited(locking(woven(wet_scene())))}) {
+    compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});
+    compare_stage(
+        {.stage = Stage::cloth, .scene = scene, .prepare = press_on_the_sphere, .changes = "node_contact_force"});
+  }
+  for (const std::string& scene : {locking(woven(free_of_solids())), locking(woven(xpbd_scene(), false))})
+    for (const Prepare& prepare : {Prepare(stretch_and_shear), Prepare(thrown_apart)})
+      compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = prepare, .changes = "node_velocity"});
+}
+
 TEST(cloth, woven_by_xpbd_agrees_with_the_reference) {
   const std::string scene = woven(xpbd_scene(), false);
   compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});

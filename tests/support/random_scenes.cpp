@@ -273,7 +273,7 @@ std::string SceneDraw::filmed_or_squeezed(std::string pores, bool still) {
     return fmt::format("drainage_height: {:.3g}, ", std::min(1000.0, number_after(height) * logarithmic(1.01, 5)));
   });
   if (!drained.empty()) pores.insert(heights + std::string("diffusion: degenerate, ").size(), drained);
-  const std::string large = drawn_by(latest_, heights == pores.npos || !spreads ? 0 : 0.3, [&] {
+  const std::string large = drawn_by(porous_, heights == pores.npos || !spreads ? 0 : 0.3, [&] {
     return fmt::format("large_pores: {:.3g}, large_pore_height: {:.3g}, ", uniform(0.01, 0.95),
                        number_after(height) / logarithmic(1.6, 90));
   });

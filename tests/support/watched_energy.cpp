@@ -63,8 +63,14 @@ double woven_energy(const Model& m, const HostState& s) {
     axes << k.cosine, -k.sine, k.sine, k.cosine;
     const Eigen::Matrix<double, 3, 2> yarns = edges * inverse * axes;
     const double shear = ((yarns.col(0) + yarns.col(1)).norm() - (yarns.col(0) - yarns.col(1)).norm()) / std::sqrt(2.0);
-    energy += 0.5 * (k.warp * std::pow(yarns.col(0).norm() - 1, 2) + k.weft * std::pow(yarns.col(1).norm() - 1, 2) +
-                     k.shear * shear * shear);
+    const auto yarn = [](double e, double lock) {
+      if (!(lock > 0 && e > 0)) return e * e;
+      const double at = std::min(e, locking_part * lock), left = 1 - at * at / (lock * lock);
+      return -lock * lock * std::log(left) + 2 * at / left * (e - at) +
+             (2 - left) / (left * left) * (e - at) * (e - at);
+    };
+    energy += 0.5 * (k.warp * yarn(yarns.col(0).norm() - 1, k.warp_locking) +
+                     k.weft * yarn(yarns.col(1).norm() - 1, k.weft_locking) + k.shear * shear * shear);
   }
   for (std::size_t k = 0; k < m.mesh.plate_pair.size(); ++k)
     energy -= 0.5 * m.mesh.plate_weight[k] *

@@ -46,11 +46,17 @@ SurfaceMesh regular_strip(double from, double to, double across, double size) {
   return mesh;
 }
 
-/// The strain along a strip that hangs in x by its end at x = 0, over that of theory, in its middle fifth: the stress
-/// there is the weight below. `degrees`: of the warp from the strip's axis.
-double strain_over_theory(const SurfaceMesh& mesh, double degrees, const std::string& method) {
+/// In the middle fifth of a strip, 1 and N/m.
+struct Stretched {
+  double strain = 0, tension = 0;
+};
+
+/// Along a strip that hangs in x by its end at x = 0: the tension is the weight below. `degrees`: of the warp from the
+/// strip's axis.
+Stretched hang(const SurfaceMesh& mesh, double degrees, const std::string& method, const std::string& membrane,
+               double gravity) {
   const TempFolder folder;
-  const double turn = degrees * std::numbers::pi / 180, gravity = 9.81, areal = 0.2;
+  const double turn = degrees * std::numbers::pi / 180, areal = 0.2;
   SceneRun run(fmt::format(R"(drench: 1
 time: {{step: 0.004, end: 30}}
 gravity: [{}, 0, 0]
@@ -58,16 +64,15 @@ cloth_solver: {{tolerance: 1.0e-4, method: {}, max_iterations: 4000}}
 cloth:
   - mesh: {{file: "{}"}}
     areal_density: {}
-    membrane: {{warp: {}, weft: {}, shear: {}}}
+    membrane: {{{}}}
     warp: [{}, 0, {}]
     bend: 0
     damping: 20
     pin: [{{box: {{min: [-1, -1, -1], max: [1.0e-6, 1, 1]}}}}]
 )",
-                           gravity, method, write_obj(folder, mesh), areal, warp, weft, shear, std::cos(turn),
-                           std::sin(turn)));
+                           gravity, method, write_obj(folder, mesh), areal, membrane, std::cos(turn), std::sin(turn)));
   const HostState s = at_rest(run, 2e-6, 6, method == "xpbd" ? 1e-4 : 2e-5);
-  double strain = 0, tension = 0;
+  double strain = 0, tension = 0, whole = 0;
   for (const auto& t : run.model().mesh.triangle) {
     const auto rest = [&](int c) {
       return run.model().mesh.rest_position[static_cast<std::size_t>(t[std::size_t(c)])];
@@ -84,8 +89,15 @@ cloth:
     const double area = 0.5 * std::fabs(before.determinant());
     strain += area * ((after * before.inverse())(0, 0) - 1);
     tension += area * areal * gravity * (length - middle);
+    whole += area;
   }
-  const double c = std::cos(turn), n = std::sin(turn);
+  return {strain / whole, tension / whole};
+}
+
+double strain_over_theory(const SurfaceMesh& mesh, double degrees, const std::string& method) {
+  const auto [strain, tension] =
+      hang(mesh, degrees, method, fmt::format("warp: {}, weft: {}, shear: {}", warp, weft, shear), 9.81);
+  const double turn = degrees * std::numbers::pi / 180, c = std::cos(turn), n = std::sin(turn);
   return strain / (tension * (std::pow(c, 4) / warp + std::pow(n, 4) / weft + c * c * n * n / shear));
 }
 
@@ -118,6 +130,26 @@ TEST(woven_cloth, both_methods_stretch_alike) {
     report({fmt::format("strip cut at {}° to the warp, by xpbd: strain under its weight", degrees),
             "orthotropic plane stress, Poisson's ratio 0", std::fabs(strain_over_theory(mesh, degrees, "xpbd") - 1),
             0.02, "1"});
+}
+
+/// To strains of 0.1 to 0.2, where yarns pull up to twice as much as at first.
+TEST(woven_cloth, hanging_strip_of_yarns_that_lock) {
+  constexpr double slack = 60, lock = 0.3;  // N/m, 1
+  const std::string yarns =
+      fmt::format("warp: {0}, weft: {0}, shear: 20, warp_locking: {1}, weft_locking: {1}", slack, lock);
+  const SurfaceMesh regular = regular_strip(0, length, width, width / 5);
+  const SurfaceMesh irregular = irregular_strip(0, length, width, width / 5, 3);
+  for (const auto& [name, mesh] : {std::pair{"regular", &regular}, {"irregular", &irregular}})
+    for (const double degrees : {0.0, 90.0})
+      for (const std::string method : {"pd", "xpbd"}) {
+        if (method == "xpbd" && degrees > 0) continue;
+        const auto [strain, tension] = hang(*mesh, degrees, method, yarns, 200);
+        const double pull = slack * strain / (1 - strain * strain / (lock * lock));
+        EXPECT_GT(pull, 1.5 * slack * strain);
+        report({fmt::format("strip of yarns that lock, {}° to the warp, {} mesh, {}: tension at its mean strain",
+                            degrees, name, method),
+                "T = k e / (1 − (e/e_L)²)", std::fabs(pull / tension - 1), 0.02, "1"});
+      }
 }
 
 /// As cloth_mechanics/Cantilever, on meshes that are not even. The nodes at x ≤ 0 are held; between them and the first

@@ -37,6 +37,7 @@ TESTS_FOR = {"porous.diffusivity": "aatcc197", "porous.weft_diffusivity": "aatcc
              "porous.diffusion_exponent": "aatcc197", "porous.retention_exponent": "aatcc197", "porous.permeability": "iso9073-8",
              "porous.uptake_velocity": "aatcc79", "porous.breakthrough_pressure": "iso811", "porous.critical_saturation": "iso17617",
              "membrane.warp": "iso13934-1 (warp)", "membrane.weft": "iso13934-1 (weft)", "membrane.shear": "iso9073-9",
+             "membrane.warp_locking": "iso13934-1 (warp)", "membrane.weft_locking": "iso13934-1 (weft)",
              "bending.warp": "iso9073-7 (warp)", "bending.weft": "iso9073-7 (weft)", "bend": "iso9073-7", "stretch": "iso13934-1",
              "areal_density": "none: weigh the fabric"}
 ADVICE = {

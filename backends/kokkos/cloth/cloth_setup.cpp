@@ -201,7 +201,8 @@ void make_mesh(const Model& model, Mesh& m) {
   if (model.has_membrane()) {
     std::vector<Membrane<Real>> membrane;
     for (const Membrane<double>& t : mesh.membrane)
-      membrane.push_back({Real(t.cosine), Real(t.sine), Real(t.warp), Real(t.weft), Real(t.shear), Real(t.wet)});
+      membrane.push_back({Real(t.cosine), Real(t.sine), Real(t.warp), Real(t.weft), Real(t.shear), Real(t.wet),
+                          Real(t.warp_locking), Real(t.weft_locking)});
     m.membrane = to_device<Membrane<Real>>("drench::membrane", membrane);
   }
   m.edge = to_device<Index>("drench::edge", flat(joined(mesh.edge, mesh.stitch)));
@@ -221,7 +222,7 @@ void make_mesh(const Model& model, Mesh& m) {
 
 double mesh_bytes(const Sizing& s) {
   const double r = s.real, shape = s.size.strain_limit || s.size.membrane ? 3 * r : 0;
-  const double limit = shape + (s.size.strain_limit ? r : 0) + (s.size.membrane ? 6 * r : 0);
+  const double limit = shape + (s.size.strain_limit ? r : 0) + (s.size.membrane ? 8 * r : 0);
   const double edges = s.size.edges + s.size.stitches;
   return s.size.triangles * (3 * index_bytes + 3 * r + limit) + edges * (2 * index_bytes + 2 * r) +
          s.size.stitches * 2 * (double_bytes + index_bytes) + s.size.hinges * (4 * index_bytes + 5 * r);

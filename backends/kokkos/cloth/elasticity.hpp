@@ -107,8 +107,33 @@ KOKKOS_INLINE_FUNCTION Columns<T> strain_limit_stress(const Vector3<T>& a, const
   return {-stiffness * (m11 * f1 + m12 * f2), -stiffness * (m12 * f1 + m22 * f2)};
 }
 
+/// A yarn that locks at the strain `lock` (0: never), at the strain e: T = k e/(1 − (e/lock)²) for e > 0, beyond `most`
+/// along its tangent there; over k. (docs/theory/cloth.md, Eq. 4c.)
+template <class T>
+struct YarnLaw {
+  T tension, slope;
+};
+template <class T>
+KOKKOS_INLINE_FUNCTION YarnLaw<T> yarn_law(T e, std::type_identity_t<T> lock, std::type_identity_t<T> most) {
+  if (!(lock > 0 && e > 0)) return {e, 1};
+  const T at = smaller(e, most), part = (at / lock) * (at / lock), inverse = 1 / (1 - part);
+  const T slope = (1 + part) * inverse * inverse;
+  return {at * inverse + slope * (e - at), slope};
+}
+/// The strains up to which the yarns of a triangle follow their law in a step: a little beyond those that it begins
+/// with.
+template <class T>
+struct YarnStrains {
+  T u = 0, v = 0;
+};
+KOKKOS_INLINE_FUNCTION bool yarns_lock(const Membrane<Real>& m) { return m.warp_locking > 0 || m.weft_locking > 0; }
+
 /// K of a membrane's share of the Jacobi diagonal, N·m: it bounds the second derivative by both columns of F.
-KOKKOS_INLINE_FUNCTION Real membrane_bound(const Membrane<Real>& m) { return larger(m.warp, m.weft) + 2 * m.shear; }
+KOKKOS_INLINE_FUNCTION Real membrane_bound(const Membrane<Real>& m, const YarnStrains<Real>& most) {
+  const Real warp = m.warp * yarn_law(most.u, m.warp_locking, most.u).slope;
+  const Real weft = m.weft * yarn_law(most.v, m.weft_locking, most.v).slope;
+  return larger(warp, weft) + 2 * m.shear;
+}
 
 /// How a triangle is stretched along its warp u and weft v and along the lines p, q halfway between them: F of these
 /// directions.
@@ -145,14 +170,26 @@ KOKKOS_INLINE_FUNCTION Vector3<T> direction_of(const Vector3<T>& v, T& length) {
   return inverse * v;
 }
 
-/// P = −A ∂W/∂F, N·m, of a membrane with W = ½ k_u (|u| − 1)² + ½ k_v (|v| − 1)² + ½ k_s (|p| − |q|)², and of its
+/// YarnStrains of the triangle with these edges at the start of the step (m), computed in double.
+template <class T>
+KOKKOS_INLINE_FUNCTION YarnStrains<T> most_strains(const Double3& first, const Double3& second,
+                                                   const TriangleShape& shape, const Membrane<Real>& m) {
+  const Yarns<double> y = yarns_of(first, second, shape, m);
+  const auto most = [](const Double3& yarn, Real lock) {
+    return T(smaller(locking_part * double(lock), larger(0.0, norm(yarn) - 1) + locking_margin));
+  };
+  return {most(y.u, m.warp_locking), most(y.v, m.weft_locking)};
+}
+
+/// P = −A ∂W/∂F, N·m, of a membrane with W = ½ k_u (|u| − 1)² + ½ k_v (|v| − 1)² + ½ k_s (|p| − |q|)², of yarns that
+/// lock and follow their law up to the strains `most`, and of its
 /// strain damping, implicit in the shift; at x, at x⁰, and of the shift u alone; rate = t_d/Δt. Strains follow from
 /// those at x⁰ (`excess`): |u| − 1 = (|u|² − 1)/(|u| + 1) and |p| − |q| = 2 u·v/(|p| + |q|). (docs/theory/cloth.md,
 /// sections 2, 4.)
 template <class T>
 KOKKOS_INLINE_FUNCTION Columns<T> membrane_stress(const Yarns<T>& now, const Yarns<T>& before, const Yarns<T>& moved,
-                                                  const YarnExcess<T>& excess, const Membrane<Real>& m, Real rate,
-                                                  Real wet) {
+                                                  const YarnExcess<T>& excess, const YarnStrains<T>& most,
+                                                  const Membrane<Real>& m, Real rate, Real wet) {
   constexpr T half_root = T(0.70710678118654752);
   T u, v, p, q;
   const Vector3<T> along_u = direction_of(now.u, u), along_v = direction_of(now.v, v);
@@ -163,6 +200,10 @@ KOKKOS_INLINE_FUNCTION Columns<T> membrane_stress(const Yarns<T>& now, const Yar
     strain_v = quotient(excess.v + dot(before.v + now.v, moved.v), v + 1);
     const T both = excess.both + dot(before.u, moved.v) + dot(moved.u, now.v);
     sheared = p + q > 0 ? quotient(2 * both, p + q) : T(0);
+  }
+  if (yarns_lock(m)) {
+    strain_u = yarn_law<T>(strain_u, m.warp_locking, most.u).tension;
+    strain_v = yarn_law<T>(strain_v, m.weft_locking, most.v).tension;
   }
   Vector3<T> of_u = (-m.warp * strain_u) * along_u, of_v = (-m.weft * strain_v) * along_v;
   Vector3<T> of_p = (-m.shear * sheared) * along_p, of_q = (m.shear * sheared) * along_q;

@@ -86,8 +86,11 @@ class MembraneStiffness {
     along_q_ = direction_of(now.q, length[3]);
     before_p_ = direction_of(before.p, none);
     before_q_ = direction_of(before.q, none);
-    of_yarn(u_, wet * m_.warp, along_u, length[0], rate, direction_of(before.u, none));
-    of_yarn(v_, wet * m_.weft, along_v, length[1], rate, direction_of(before.v, none));
+    const YarnStrains<Real> most = s.most_strains_of(t);
+    of_yarn(u_, wet * m_.warp, along_u, length[0], yarn_law(length[0] - 1, m_.warp_locking, most.u), rate,
+            direction_of(before.u, none));
+    of_yarn(v_, wet * m_.weft, along_v, length[1], yarn_law(length[1] - 1, m_.weft_locking, most.v), rate,
+            direction_of(before.v, none));
     shear_ = wet * m_.shear;
     damping_ = rate * shear_;
     // (|p| − |q|)² stiffens across the longer of both
@@ -118,11 +121,12 @@ class MembraneStiffness {
     const Real u = m_.cosine * g.x + m_.sine * g.y, v = m_.cosine * g.y - m_.sine * g.x;
     return {u, v, half_root * (u + v), half_root * (u - v)};
   }
-  /// As a spring of rest length 1.
-  static void of_yarn(Block& k, Real stiffness, const Real3& along, Real length, Real rate, const Real3& before) {
-    const Real taut = length > 0 ? larger(Real(0), 1 - 1 / length) : Real(0);
+  /// As a spring of rest length 1 with that law.
+  static void of_yarn(Block& k, Real stiffness, const Real3& along, Real length, const YarnLaw<Real>& law, Real rate,
+                      const Real3& before) {
+    const Real taut = length > 0 ? larger(Real(0), law.tension / length) : Real(0);
     k.add(stiffness * taut);
-    k.add(stiffness * (1 - taut), along);
+    k.add(stiffness * (law.slope - taut), along);
     if (rate > 0) k.add(stiffness * rate, before);
   }
   static void across(Block& k, Real stiffness, const Real3& along) {

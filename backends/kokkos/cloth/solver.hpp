@@ -51,6 +51,7 @@ struct TriangleTerms {
   Real limit = 0, limit_stiffness = 0;  // ε, 1; K, N·m
   Membrane<Real> membrane{};
   YarnExcess<T> excess{};                // of its membrane at x⁰
+  YarnStrains<T> most{};                 // of yarns that lock
   Real damping_rate = 0, softening = 1;  // τ/Δt; factor on its stiffness, as wet as it is
 };
 
@@ -162,7 +163,9 @@ struct ClothSystem {
     if (!membrane.exist()) return terms;
     terms.membrane = membrane(t);
     const Double3 origin = widen(start(a));
-    terms.excess = yarn_excess<T>(widen(start(b)) - origin, widen(start(c)) - origin, terms.shape, terms.membrane);
+    const Double3 to_b = widen(start(b)) - origin, to_c = widen(start(c)) - origin;
+    terms.excess = yarn_excess<T>(to_b, to_c, terms.shape, terms.membrane);
+    if (yarns_lock(terms.membrane)) terms.most = most_strains<T>(to_b, to_c, terms.shape, terms.membrane);
     terms.damping_rate = strain_damping_rate(a);
     terms.softening = softening(t, terms.membrane);
     return terms;
@@ -180,7 +183,7 @@ struct ClothSystem {
       moved = yarns_of(u_b - u_a, u_c - u_a, t.shape, t.membrane);
     }
     const Columns<T> own = membrane_stress(yarns_of(first, second, t.shape, t.membrane), before, moved, t.excess,
-                                           t.membrane, t.damping_rate, t.softening);
+                                           t.most, t.membrane, t.damping_rate, t.softening);
     stress.first += own.first;
     stress.second += own.second;
     return stress;
@@ -195,7 +198,14 @@ struct ClothSystem {
   KOKKOS_INLINE_FUNCTION Real triangle_bound(Index t) const {
     const Real limit = limit_stiffness.exist() ? limit_stiffness(t) : Real(0);
     if (!membrane.exist()) return limit;
-    return limit + (1 + strain_damping_rate(triangle(3 * t))) * membrane_bound(membrane(t));
+    return limit + (1 + strain_damping_rate(triangle(3 * t))) * membrane_bound(membrane(t), most_strains_of(t));
+  }
+  /// The strains up to which the yarns of a triangle follow their law in this step; 0 where they never lock.
+  KOKKOS_INLINE_FUNCTION YarnStrains<Real> most_strains_of(Index t) const {
+    if (!yarns_lock(membrane(t))) return {};
+    const Double3 origin = widen(start(triangle(3 * t)));
+    return most_strains<Real>(widen(start(triangle(3 * t + 1))) - origin, widen(start(triangle(3 * t + 2))) - origin,
+                              triangle_shape(t), membrane(t));
   }
   KOKKOS_INLINE_FUNCTION TriangleShape triangle_shape(Index t) const {
     return {shape(3 * t), shape(3 * t + 1), shape(3 * t + 2)};

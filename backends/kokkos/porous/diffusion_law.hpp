@@ -27,7 +27,8 @@ KOKKOS_INLINE_FUNCTION double mobility(double a, double b, double donor, double 
   return power_mobility(a, b, donor, n);
 }
 
-/// ψ of small and large pores side by side (Eq. 52); `donor`: the saturation of the one that gives.
+/// ψ of small and large pores side by side (docs/theory/porous.md, Eq. 51); `donor`: the saturation of the one that
+/// gives.
 KOKKOS_INLINE_FUNCTION double parallel_mobility(const Retention& retention, double a, double b, double donor,
                                                 double n) {
   const PoreFilling one = retention.filling(a), other = retention.filling(b);
