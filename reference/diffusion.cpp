@@ -18,6 +18,7 @@ struct Pair {
   double conductance;  // G, kg/s
   double drop;         // (x_first − x_second)·ĝ/ℓ, 1: above 0 if the first is the lower one
   double film;         // ω of a film
+  double rest_square;  // m², of its length at rest; 0: a stitch, or pores do not narrow
 };
 
 const ClothMaterial& material(const ReferenceState& state, Index n) { return state.model.material_of_node(n); }
@@ -116,9 +117,34 @@ std::vector<Pair> exchanging_pairs(const ReferenceState& state) {
     const double load = m.rest_density * (1 - c.solid_fraction) * c.thickness;  // kg/m² at saturation 1
     const Eigen::Vector3d apart = vec(state.s.node_position[i]) - vec(state.s.node_position[j]);
     pairs.push_back({i, j, load * c.diffusivity * m.fabric.weight[e], apart.dot(down(state)) / c.capillary_height,
-                     m.fabric.film.empty() ? 0 : m.fabric.film[e]});
+                     m.fabric.film.empty() ? 0 : m.fabric.film[e],
+                     m.fabric.rest_square.empty() ? 0 : m.fabric.rest_square[e]});
   }
   return pairs;
+}
+
+/// ν of every node: by what its pores are finer where the fabric is stretched (docs/theory/porous.md, Eq. 53).
+std::vector<double> pore_narrowing(const ReferenceState& state, const std::vector<Pair>& pairs) {
+  const Index nodes = state.s.node_count();
+  std::vector<double> narrowing(nodes, 1.0), now(nodes, 0.0), rest(nodes, 0.0);
+  if (!state.model.has_narrowing()) return narrowing;
+  for (const Pair& pair : pairs) {
+    if (!(pair.rest_square > 0)) continue;
+    const double square =
+        (vec(state.s.node_position[pair.first]) - vec(state.s.node_position[pair.second])).squaredNorm();
+    for (const Index n : {pair.first, pair.second}) {
+      now[n] += pair.conductance * square;
+      rest[n] += pair.conductance * pair.rest_square;
+    }
+  }
+  for (Index n = 0; n < nodes; ++n)
+    if (rest[n] > 0)
+      narrowing[n] = std::clamp(1 + material(state, n).pore_narrowing * (now[n] / rest[n] - 1), 0.25, 4.0);
+  return narrowing;
+}
+/// Factor on what a pair conducts.
+double thinning(const std::vector<double>& narrowing, const Pair& pair) {
+  return 2 / (std::pow(narrowing[pair.first], 2) + std::pow(narrowing[pair.second], 2));
 }
 
 /// Of the film that runs from one node to the other, kg/s, positive to the first: docs/theory/porous.md, Eq. 39. δ is
@@ -155,22 +181,27 @@ std::pair<double, double> conducts_at_most(const ClothMaterial& c) {
 }
 
 /// The largest of the nodes, 1/s.
-double exchange_rate(const ReferenceState& state, const std::vector<Pair>& pairs) {
+double exchange_rate(const ReferenceState& state, const std::vector<Pair>& pairs,
+                     const std::vector<double>& narrowing) {
   std::vector<double> rate(state.s.node_count(), 0.0);  // 1/s
   for (const Pair& pair : pairs) {
     const ClothMaterial& c = material(state, pair.first);
     const auto [most, steep] = conducts_at_most(c);
+    const double one = narrowing[pair.first], other = narrowing[pair.second];
+    const double height = std::abs(pair.drop) + std::abs(one - other);
     for (const Index n : {pair.first, pair.second})
-      rate[n] += (pair.conductance * (most + steep * std::abs(pair.drop)) + steepest_film(state, pair)) /
+      rate[n] += (pair.conductance * thinning(narrowing, pair) * (most * std::max(one, other) + steep * height) +
+                  steepest_film(state, pair)) /
                  pore_capacity(state, n);
   }
   return rate.empty() ? 0 : *std::max_element(rate.begin(), rate.end());
 }
 
 /// What drives liquid to the first node times the mobility, 1: by suction.
-double by_suction(const ReferenceState& state, const Pair& pair) {
+double by_suction(const ReferenceState& state, const Pair& pair, const std::vector<double>& narrowing) {
   const ClothMaterial& c = material(state, pair.first);
-  const double drive = (suction(state, pair.first) - suction(state, pair.second)) / c.capillary_height + pair.drop;
+  const auto drawn = [&](Index n) { return narrowing[n] * suction(state, n); };
+  const double drive = (drawn(pair.first) - drawn(pair.second)) / c.capillary_height + pair.drop;
   const double receiver = pore_saturation(state, pair.first), donor = pore_saturation(state, pair.second);
   if (!c.has_large_pores())
     return static_cast<double>(drive * mobility(receiver, donor, drive > 0 ? donor : receiver, c.diffusion_exponent));
@@ -187,7 +218,8 @@ double by_suction(const ReferenceState& state, const Pair& pair) {
 }
 
 /// One of n sub-steps of the step dt.
-void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double dt, int n) {
+void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, const std::vector<double>& narrowing,
+                   double dt, int n) {
   const Index nodes = state.s.node_count();
   std::vector<Quanta> offer(pairs.size());
   std::vector<bool> to_first(pairs.size());
@@ -199,7 +231,7 @@ void exchange_once(ReferenceState& state, const std::vector<Pair>& pairs, double
       const double s = pore_saturation(state, at);
       return c.retention_exponent == 1 ? s : std::pow(std::max(0.0, s), c.retention_exponent);
     };
-    const double pores = c.flows_by_suction() ? by_suction(state, pair)
+    const double pores = c.flows_by_suction() ? thinning(narrowing, pair) * by_suction(state, pair, narrowing)
                                               : driven(held(pair.first), held(pair.second), pair.drop,
                                                        c.diffusion_exponent / c.retention_exponent);
     const double flux = pair.conductance * pores + film_flux(state, pair) +
@@ -306,11 +338,12 @@ std::vector<double> room_limit(const ReferenceState& state, const std::vector<Qu
 
 void diffusion(ReferenceState& state, const StepInfo& info, StepReport& report) {
   const std::vector<Pair> pairs = exchanging_pairs(state);
-  const int n = diffusion_substeps_within_limit(exchange_rate(state, pairs), info, report);
+  const std::vector<double> narrowing = pore_narrowing(state, pairs);
+  const int n = diffusion_substeps_within_limit(exchange_rate(state, pairs, narrowing), info, report);
   const std::vector<LayerContact> contacts = touching_layers(state, info.dt / n);
   for (int k = 0; k < n; ++k) {
     if (state.model.has_hysteresis()) turn_nodes(state);
-    exchange_once(state, pairs, info.dt, n);
+    exchange_once(state, pairs, narrowing, info.dt, n);
     wick_through(state, contacts, info.dt / n);
     if (k + 1 < n) reservoir(state, info, report);
   }

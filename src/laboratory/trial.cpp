@@ -136,8 +136,9 @@ std::string Trial::porous_without_wicking() {
   for (const auto& [key, value] : {std::pair{"drainage_height", material_.drainage_height},
                                    {"drainage_exponent", material_.drainage_exponent},
                                    {"large_pores", material_.large_pores},
-                                   {"large_pore_height", material_.large_pore_height}})
-    if (value > 0) keys += without(key, "0");
+                                   {"large_pore_height", material_.large_pore_height},
+                                   {"pore_narrowing", material_.pore_narrowing}})
+    if (value != 0) keys += without(key, "0");
   if (material_.contact_wicking) keys += without("contact_wicking", "false");
   return keys;
 }

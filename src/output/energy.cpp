@@ -116,8 +116,9 @@ void add_membranes_and_plates(const Model& model, const HostState& state, Energi
     const double wet = 1 + (m.wet - 1) * (saturation(a) + saturation(b) + saturation(c)) / 3;
     const auto yarn = [](double strain, double lock) {  // over k/2; Eq. 4c
       if (!(lock > 0 && strain > 0)) return strain * strain;
-      const double at = std::min(strain, locking_part * lock), beyond = strain - at, part = at * at / (lock * lock);
-      return -lock * lock * std::log(1 - part) + 2 * at / (1 - part) * beyond +
+      const double bent = std::min(strain, locking_part * lock), beyond = strain - bent;
+      const double part = bent * bent / (lock * lock);
+      return -lock * lock * std::log(1 - part) + 2 * bent / (1 - part) * beyond +
              (1 + part) / ((1 - part) * (1 - part)) * beyond * beyond;
     };
     e.stretch += 0.5 * wet *

@@ -101,6 +101,10 @@ void check_large_pores(Section& s, const MaterialScene& fabric) {
   check_suction(s, fabric, "large_pores");
 }
 
+void check_narrowing(Section& s, const MaterialScene& fabric) {
+  if (fabric.pore_narrowing != 0) check_suction(s, fabric, "pore_narrowing");
+}
+
 void describe_porous(Section& s, MaterialScene& fabric) {
   s.number("solid_fraction", fabric.solid_fraction, "[0, 1)", "1",
            "solid fraction Φ: fibre volume over fabric volume; porosity is 1 − Φ");
@@ -147,6 +151,9 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   s.number("large_pore_height", fabric.large_pore_height, "[0, 1000]", "m",
            "capillary height of the large pores, below that of the small ones by a factor of 1.5 to 100; requires "
            "`large_pores`");
+  s.number("pore_narrowing", fabric.pore_narrowing, "[-20, 20]", "1",
+           "relative narrowing c of pores under stretch: at the area strain e liquid rises 1 + c e times as high and "
+           "spreads as many times more slowly; below 0 they widen");
   s.number("adhesion", fabric.wet_adhesion, "[0, 10]", "N/m",
            "adhesion of wet fabric to wet fabric or a solid: work per unit area; at most 0.14 with water");
   s.number("film", fabric.film, "[0, 0.01]", "m",
@@ -187,6 +194,7 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   check_powers(s, fabric);
   check_hysteresis(s, fabric);
   check_large_pores(s, fabric);
+  check_narrowing(s, fabric);
 }
 
 void check_pins(Section& s, const ClothScene& cloth) {

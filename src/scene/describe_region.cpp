@@ -92,8 +92,8 @@ void describe_pores(Section& s, MaterialScene& fabric) {
           "is 0, but contact_wicking of the cloth requires it; allowed: above 0");
   check_rates(s, fabric);
   for (const char* key : {"emission_ramp", "diffusion", "diffusion_exponent", "capillary_height", "retention_exponent",
-                          "drainage_height", "drainage_exponent", "large_pores", "large_pore_height", "adhesion",
-                          "contact_wicking", "film", "film_viscosity", "compressibility"})
+                          "drainage_height", "drainage_exponent", "large_pores", "large_pore_height", "pore_narrowing",
+                          "adhesion", "contact_wicking", "film", "film_viscosity", "compressibility"})
     s.not_here(key, of_the_cloth);
 }
 

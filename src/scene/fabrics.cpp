@@ -98,7 +98,7 @@ bool give(Value& map, const std::string& dotted, const std::string& text, const 
 
 /// What a fabric gives and a region does not take.
 bool is_of_whole_cloth(const std::string& key, bool plate) {
-  constexpr std::array<std::string_view, 16> keys{"compression",
+  constexpr std::array<std::string_view, 17> keys{"compression",
                                                   "strain_limit",
                                                   "porous.diffusion",
                                                   "porous.diffusion_exponent",
@@ -108,6 +108,7 @@ bool is_of_whole_cloth(const std::string& key, bool plate) {
                                                   "porous.drainage_exponent",
                                                   "porous.large_pores",
                                                   "porous.large_pore_height",
+                                                  "porous.pore_narrowing",
                                                   "porous.adhesion",
                                                   "porous.film",
                                                   "porous.film_viscosity",

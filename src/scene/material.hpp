@@ -28,6 +28,7 @@ struct BasicMaterial {
   Number drainage_exponent = Number(0);    // β_d, 1: the retention exponent of fabric that drains; 0: as β
   Number large_pores = Number(0);          // w, 1: share of the pores' volume that is in large ones, between yarns
   Number large_pore_height = Number(0);    // ℓ₂, m: their capillary height
+  Number pore_narrowing = Number(0);       // c, 1: stretched by the area strain e its pores are finer by 1 + c e
   Number wet_adhesion = Number(0);    // w, N/m; parts wet fabric from wet fabric or a solid; 0.14 with water at most
   Number film = Number(0);            // δ, m: thickest film of liquid on each face; 0: none
   Number film_viscosity = Number(0);  // m²/s, of the film; 0: that of the liquid
@@ -59,7 +60,9 @@ struct BasicMaterial {
   /// Does it have pores of two sizes?
   constexpr bool has_large_pores() const { return wicks() && large_pores > 0; }
   /// Does liquid flow by the suction of its pores, or by the saturation alone?
-  constexpr bool flows_by_suction() const { return has_hysteresis() || has_large_pores(); }
+  constexpr bool flows_by_suction() const { return has_hysteresis() || has_large_pores() || narrows(); }
+  /// Does stretching change its pores?
+  constexpr bool narrows() const { return wicks() && pore_narrowing != 0; }
   /// Does it pass into layers that touch?
   constexpr bool wicks_through_contact() const { return wicks() && contact_wicking; }
 
@@ -110,6 +113,7 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.drainage_exponent, b.drainage_exponent);
   visit(a.large_pores, b.large_pores);
   visit(a.large_pore_height, b.large_pore_height);
+  visit(a.pore_narrowing, b.pore_narrowing);
   visit(a.wet_adhesion, b.wet_adhesion);
   visit(a.film, b.film);
   visit(a.film_viscosity, b.film_viscosity);

@@ -96,8 +96,12 @@ MaterialScene blended(const MaterialScene& cloth, const MaterialScene& region, d
     mix(m.membrane->weft, region.membrane->weft);
     mix(m.membrane->shear, region.membrane->shear);
     mix(m.membrane->wet, region.membrane->wet);
-    mix(m.membrane->warp_locking, region.membrane->warp_locking);
-    mix(m.membrane->weft_locking, region.membrane->weft_locking);
+    const auto mix_locking = [share](double& to, double other) {  // 0: never
+      const double sum = (to > 0 ? (1 - share) / to : 0) + (other > 0 ? share / other : 0);
+      to = sum > 0 ? std::min(10.0, 1 / sum) : 0;
+    };
+    mix_locking(m.membrane->warp_locking, region.membrane->warp_locking);
+    mix_locking(m.membrane->weft_locking, region.membrane->weft_locking);
   }
   if (m.bending && region.bending) {
     mix(m.bending->warp, region.bending->warp);

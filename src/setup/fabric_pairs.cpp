@@ -251,7 +251,7 @@ std::vector<std::uint8_t> nodes_of_hems(const ClothMesh& mesh) {
 void build_fabric_pairs(Model& model) {
   FabricPairs& fabric = model.fabric;
   std::vector<std::array<Index, 2>> entries;
-  const bool films = model.has_films();
+  const bool films = model.has_films(), narrowing = model.has_narrowing();
   if (films) fabric.hem = nodes_of_hems(model.mesh);
   for (std::size_t cloth = 0; cloth < model.cloths.size(); ++cloth) {
     const ClothMaterial& c = model.cloths[cloth];
@@ -272,6 +272,12 @@ void build_fabric_pairs(Model& model) {
         entries.push_back({nodes[static_cast<std::size_t>(side)], 2 * pair + side});
       fabric.nodes.push_back(nodes);
       fabric.weight.push_back(std::min(weight.conductance, most_conducting * weight.part));
+      if (narrowing) {
+        const auto at = [&](std::size_t side) {
+          return to_eigen(model.mesh.rest_position[static_cast<std::size_t>(nodes[side])]);
+        };
+        fabric.rest_square.push_back((at(1) - at(0)).squaredNorm());
+      }
       if (films) fabric.film.push_back(std::min(weight.conductance / weight.part, most_conducting));
     }
     for (const auto& stitch : model.mesh.stitch) {
@@ -281,6 +287,7 @@ void build_fabric_pairs(Model& model) {
         entries.push_back({stitch[static_cast<std::size_t>(side)], 2 * pair + side});
       fabric.nodes.push_back(stitch);
       fabric.weight.push_back(stitch_conducting);
+      if (narrowing) fabric.rest_square.push_back(0);
       if (films) fabric.film.push_back(stitch_conducting);
     }
   }

@@ -170,6 +170,7 @@ struct FabricPairs {
   // ω_ij = ½ (cot α + cot β) > 0, 1: edges of the intrinsic Delaunay mesh at rest, stretched where D has two
   // directions; each side times what its region conducts over what the cloth itself does
   std::vector<double> weight;
+  std::vector<double> rest_square;  // m²: distance² of its nodes at rest, 0 of stitches; empty unless pores narrow
   // the same of a film on the faces, whatever the region conducts; empty without films
   std::vector<double> film;
   // per node: at the boundary of its cloth, where a film that runs down has to drip; empty without films
@@ -368,6 +369,9 @@ struct Model {
     return has_diffusion() && has_emission() && any_cloth([](const ClothMaterial& c) { return c.film_depth > 0; });
   }
   /// Does a cloth hold liquid by other curves while it drains?
+  bool has_narrowing() const {
+    return has_diffusion() && any_cloth([](const ClothMaterial& c) { return c.narrows(); });
+  }
   bool has_hysteresis() const {
     return has_diffusion() && any_cloth([](const ClothMaterial& c) { return c.has_hysteresis(); });
   }

@@ -494,6 +494,8 @@ inline constexpr BadScene bad_scenes[] = {
      "cloth.0.porous.large_pore_height", "requires large_pores, which is 0"},
     {"LargePoresThatAreSmall", CLOTH "    porous: {diffusion: degenerate, large_pores: 0.5, large_pore_height: 0.8}\n",
      4, 74, "cloth.0.porous.large_pore_height", "allowed: [0.01, 0.666667] m"},
+    {"NarrowingOfLinearFabric", CLOTH "    porous: {pore_narrowing: 1}\n", 4, 30, "cloth.0.porous.pore_narrowing",
+     "requires a diffusion exponent of at least 1, which is 0"},
     {"LargePoresOfLinearFabric", CLOTH "    porous: {large_pores: 0.5, large_pore_height: 0.1}\n", 4, 27,
      "cloth.0.porous.large_pores", "requires a diffusion exponent of at least 1, which is 0"},
     {"CompressedFibres", CLOTH "    porous: {solid_fraction: 0.6, compressibility: 0.5}\n", 4, 52,

@@ -110,7 +110,8 @@ cloth:
     weld: 1.0e-5
     dynamics: false
     porous: {diffusion_exponent: 2.5, retention_exponent: 1.5, drainage_height: 1.75,
-      drainage_exponent: 2.25, large_pores: 0.375, large_pore_height: 0.125}
+      drainage_exponent: 2.25, large_pores: 0.375, large_pore_height: 0.125,
+      pore_narrowing: -0.75}
   - name: followed
     mesh: {file: exists.obj}
     clean: off

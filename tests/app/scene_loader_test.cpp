@@ -228,6 +228,7 @@ ClothScene cloth_from_a_file() {
   second.material.drainage_exponent = 2.25;
   second.material.large_pores = 0.375;
   second.material.large_pore_height = 0.125;
+  second.material.pore_narrowing = -0.75;
   return second;
 }
 

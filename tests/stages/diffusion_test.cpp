@@ -126,6 +126,23 @@ TEST(diffusion, through_pores_of_two_sizes_agrees_with_the_reference) {
     compare_stage({.stage = Stage::diffusion, .scene = scene, .changes = "node_liquid"});
 }
 
+TEST(diffusion, through_pores_that_stretching_narrows_agrees_with_the_reference) {
+  const auto stretch = [](const Model& m, HostState& s) {
+    stir(m, s);
+    for (std::size_t n = 0; n < s.node_position.size(); ++n) {
+      Vec3& x = s.node_position[n];
+      x = {1.2 * x[0] + 0.1 * std::sin(20 * x[2]), x[1], x[2] * (1 + 0.3 * std::sin(7 * x[0]))};
+    }
+  };
+  for (const std::string keys : {"diffusion: degenerate, pore_narrowing: 1.5",
+                                 "diffusion_exponent: 2, retention_exponent: 2, pore_narrowing: -3, large_pores: 0.5, "
+                                 "large_pore_height: 0.1"})
+    compare_stage({.stage = Stage::diffusion,
+                   .scene = with(wet_scene(), "diffusivity: 1.0e-3", "diffusivity: 1.0e-3, " + keys),
+                   .prepare = stretch,
+                   .changes = "node_liquid node_velocity"});
+}
+
 TEST(diffusion, between_layers_with_hysteresis_agrees_with_the_reference) {
   const auto scan = [](const Model&, HostState& s) {
     for (std::size_t n = 0; n < s.node_liquid.size(); ++n) s.node_scanning[n] = n % 2 == 0 ? 0.7 : -0.8;

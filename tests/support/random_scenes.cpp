@@ -277,6 +277,9 @@ std::string SceneDraw::filmed_or_squeezed(std::string pores, bool still) {
     return fmt::format("large_pores: {:.3g}, large_pore_height: {:.3g}, ", uniform(0.01, 0.95),
                        number_after(height) / logarithmic(1.6, 90));
   });
+  if (heights != pores.npos && spreads)
+    pores.insert(heights + std::string("diffusion: degenerate, ").size(),
+                 drawn_by(porous_, 0.3, [&] { return fmt::format("pore_narrowing: {:.3g}, ", uniform(-20, 20)); }));
   if (!large.empty()) pores.insert(heights + std::string("diffusion: degenerate, ").size(), large);
   const std::string film = drawn_by(newest_, pores.empty() ? 0 : 0.15, [&] {
     return fmt::format("film: {:.3g}, film_viscosity: {:.3g}", usually(2e-5, 3e-4, 1e-7, 0.01),

@@ -44,6 +44,10 @@ void upload_pairs(const Constants& constants, Cloth& cloth, DiffusionWork& work)
     work.hem = to_device<std::uint8_t>("drench::diffusion::hem", fabric.hem);
     make_room(cloth.nodes.film_pull, "drench::node_film_pull", static_cast<std::size_t>(cloth.nodes.count));
   }
+  if (constants.model.has_narrowing()) {
+    work.rest_square = to_device<double>("drench::diffusion::rest_square", fabric.rest_square);
+    make_room(work.narrowing, "drench::diffusion::narrowing", static_cast<std::size_t>(cloth.nodes.count));
+  }
   allocate_zeros(work.drop, "drench::diffusion::drop", conductance.size());
   allocate_zeros(work.flow, "drench::diffusion::flow", conductance.size());
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
@@ -61,6 +65,7 @@ MemoryEstimate diffusion_bytes(const Sizing& s) {
   sum.cloth = s.size.fabric_pairs * (4 * index_bytes + 2 * double_bytes + quanta_bytes);  // and node_item
   sum.cloth += s.size.nodes * (2 * double_bytes + index_bytes);                           // shares, node_start
   if (s.size.solute) sum.cloth += s.size.fabric_pairs * quanta_bytes;
+  if (s.size.narrowing) sum.cloth += (s.size.fabric_pairs + s.size.nodes) * double_bytes;
   if (s.size.films) sum.cloth += s.size.fabric_pairs * double_bytes + s.size.nodes * (s.real + 1);  // film_pull, hem
   if (s.size.moving_cloth) sum.cloth += s.size.nodes * 2 * sizeof(Double3);                         // velocities
   return sum;
@@ -71,7 +76,7 @@ namespace {
 /// What the kernels see of the pairs.
 struct NodePairs {
   Entries<const Index> pair, start, item;
-  Entries<const double> conductance, film;
+  Entries<const double> conductance, film, narrowing;  // narrowing: ν per node; null unless pores narrow
   Entries<double> drop;
   Entries<const Quanta> ceiling;
   Entries<const Real> scanning;  // null without hysteresis
@@ -84,6 +89,7 @@ struct NodePairs {
         item(work.node_item),
         conductance(work.conductance),
         film(work.film),
+        narrowing(work.narrowing),
         drop(work.drop),
         ceiling(fabric.nodes.max_quanta),
         scanning(fabric.nodes.scanning),
@@ -111,13 +117,23 @@ struct NodePairs {
   KOKKOS_INLINE_FUNCTION double suction_flux(Index e, Index i, Index j) const {
     const Material& m = materials(i);
     const double here = wet.pore_filling(i, m), there = wet.pore_filling(j, materials(j));
-    const double held = m.suction.held(here, scanning.exist() ? double(scanning(i)) : 1);
-    const double held_there = m.suction.held(there, scanning.exist() ? double(scanning(j)) : 1);
+    const double held = held_at(i, here, m), held_there = held_at(j, there, m);
+    const double conducting = conductance(e) * thinning(i, j);
     if (!(m.suction.wetting.large > 0))
-      return laws::held_flux(conductance(e), here, there, held, held_there, drop(e), m.mobility_exponent);
+      return laws::held_flux(conducting, here, there, held, held_there, drop(e), m.mobility_exponent);
     const double drive = (held_there - held) + drop(e);
-    return conductance(e) * drive *
+    return conducting * drive *
            laws::parallel_mobility(m.suction, here, there, drive > 0 ? there : here, m.mobility_exponent);
+  }
+  /// 1 − h/ℓ of a node with the saturation s.
+  KOKKOS_INLINE_FUNCTION double held_at(Index n, double s, const Material& m) const {
+    const double held = m.suction.held(s, scanning.exist() ? double(scanning(n)) : 1);
+    return narrowing.exist() ? 1 - narrowing(n) * (1 - held) : held;
+  }
+  /// Factor on the conductance of a pair whose pores are narrowed, 1.
+  KOKKOS_INLINE_FUNCTION double thinning(Index i, Index j) const {
+    if (!narrowing.exist()) return 1;
+    return 2 / (narrowing(i) * narrowing(i) + narrowing(j) * narrowing(j));
   }
   /// What pressure has left no room for at a node, of what its pores hold under it, 1.
   KOKKOS_INLINE_FUNCTION double squeezed_out(Index n) const {
@@ -273,11 +289,33 @@ void transfer(const Constants& constants, Cloth& cloth, DiffusionWork& work, boo
 
 }  // namespace
 
+/// ν of every node, from the strain of the pairs around it (docs/theory/porous.md, Eq. 53).
+void narrow_pores(const Constants& constants, Cloth& cloth, DiffusionWork& work) {
+  const NodePairs pairs(constants, cloth, work);
+  const Entries<const double> rest = work.rest_square;
+  const Entries<double> narrowing = work.narrowing;
+  const Entries<const Real3> x = cloth.nodes.position;
+  parallel(
+      "drench::diffusion::narrow", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        double now = 0, before = 0;
+        for (Index k = pairs.start(n); k < pairs.start(n + 1); ++k) {
+          const Index e = pairs.item(k) / 2;
+          if (!(rest(e) > 0)) continue;
+          const Double3 apart = minus(widen(x(pairs.pair(2 * e))), widen(x(pairs.pair(2 * e + 1))));
+          now += pairs.conductance(e) * inner(apart, apart);
+          before += pairs.conductance(e) * rest(e);
+        }
+        narrowing(n) =
+            laws::narrowing_at(double(pairs.materials(n).pore_narrowing), before > 0 ? now / before - 1 : 0.0);
+      });
+}
+
 void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWork& work) {
   if (cloth.samples.count == 0) return;
   upload_pairs(constants, cloth, work);
   if (work.rate.is_of(cloth.moved)) return;
   make_room_for_one(work.rate.largest, "drench::diffusion::largest_rate");
+  if (constants.model.has_narrowing()) narrow_pores(constants, cloth, work);
   const NodePairs pairs(constants, cloth, work);
   const Entries<const Real3> x = cloth.nodes.position;
   const Real gravity = norm(constants.gravity);
@@ -294,7 +332,12 @@ void launch_diffusion_rate(const Constants& constants, Cloth& cloth, DiffusionWo
           const Index e = pairs.item(k) / 2, i = pairs.pair(2 * e), j = pairs.pair(2 * e + 1);
           const double drop = double(dot(x(i) - x(j), down) / pairs.materials(i).capillary_height);
           if (i == n) pairs.drop(e) = drop;
-          rate += pairs.conductance(e) * (m.most_mobility + m.height_mobility * Kokkos::abs(drop));
+          double most = m.most_mobility, height = Kokkos::abs(drop);
+          if (pairs.narrowing.exist()) {
+            most *= larger(pairs.narrowing(i), pairs.narrowing(j));
+            height += Kokkos::abs(pairs.narrowing(i) - pairs.narrowing(j));
+          }
+          rate += pairs.conductance(e) * pairs.thinning(i, j) * (most + m.height_mobility * height);
           if (!pairs.film.exist()) continue;
           const double fall = drop * double(pairs.materials(i).capillary_height);
           rate +=
