@@ -149,6 +149,7 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
     mass.push_back(node_mass(state, n) + held[n] * dt * dt);
     diagonal.push_back(mass[n] / (dt * dt));
     clearance.push_back(clearance_of(state, bodies, n, dt));
+    growth.push_back(material(n).porous ? material(n).hygral_expansion * node_saturation(state, n) : 0);
   }
   for (std::size_t e = 0; e < mesh.edge.size(); ++e) {
     for (const Index n : mesh.edge[e]) diagonal[n] += (1 + material(n).strain_damping / dt) * mesh.edge_stiffness[e];
@@ -173,7 +174,7 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
   }
   if (!model().has_triangle_stress()) return;
   for (Index t = 0; t < mesh.triangles(); ++t) {
-    const Eigen::Matrix<double, 3, 2> rows = corner_gradients(rest_frame(mesh, t));
+    const Eigen::Matrix<double, 3, 2> rows = corner_gradients(frame(t));
     const Eigen::Vector3d share = rows.cwiseAbs() * rows.cwiseAbs().colwise().sum().transpose();
     double bound = model().has_strain_limit() ? mesh.limit_stiffness[t] : 0;
     if (model().has_membrane()) {
@@ -189,6 +190,11 @@ ClothProblem::ClothProblem(const ReferenceState& s, const StepInfo& info)
   }
 }
 
+Eigen::Matrix2d ClothProblem::frame(Index t) const {
+  const auto [a, b, c] = model().mesh.triangle[t];
+  return (1 + (growth[a] + growth[b] + growth[c]) / 3) * rest_frame(model().mesh, t);
+}
+
 Index ClothProblem::springs() const {
   return static_cast<Index>(model().mesh.edge.size() + model().mesh.stitch.size());
 }
@@ -197,7 +203,8 @@ Vector3d ClothProblem::spring_force(Index e, const Vectors& x) const {
   const ClothMesh& mesh = model().mesh;
   const Index stitch = e - static_cast<Index>(mesh.edge.size());
   const auto [i, j] = stitch < 0 ? mesh.edge[e] : mesh.stitch[stitch];
-  const double rest_length = stitch < 0 ? mesh.edge_length[e] : stitch_length[stitch];
+  const double rest_length =
+      stitch < 0 ? mesh.edge_length[e] * (1 + (growth[i] + growth[j]) / 2) : stitch_length[stitch];
   const double stiffness = stitch < 0 ? mesh.edge_stiffness[e] : mesh.stitch_stiffness[stitch];
   const Vector3d along = x[i] - x[j];
   const double length = along.norm();
@@ -221,7 +228,7 @@ Stress ClothProblem::limit_stress(Index t, const Vectors& x) const {
   const auto [a, b, c] = mesh.triangle[t];
   Eigen::Matrix<double, 3, 2> edges;
   edges << x[b] - x[a], x[c] - x[a];
-  const Eigen::Matrix<double, 3, 2> deformation = edges * rest_frame(mesh, t).inverse();
+  const Eigen::Matrix<double, 3, 2> deformation = edges * frame(t).inverse();
   // In axes of the deformed triangle's plane, along its first edge and across.
   const Vector3d along = deformation.col(0).stableNormalized(),
                  rest = deformation.col(1) - along * along.dot(deformation.col(1));
@@ -244,7 +251,7 @@ std::array<double, 2> ClothProblem::yarn_reach(Index t) const {
   if (m.warp == 0) return {0, 0};
   Stress edges;
   edges << start[b] - start[a], start[c] - start[a];
-  const Stress f = edges * rest_frame(mesh, t).inverse();
+  const Stress f = edges * frame(t).inverse();
   const Vector3d warp = m.cosine * f.col(0) + m.sine * f.col(1), weft = m.cosine * f.col(1) - m.sine * f.col(0);
   return {std::min(locking_part * m.warp_locking, std::max(0.0, warp.norm() - 1) + locking_margin),
           std::min(locking_part * m.weft_locking, std::max(0.0, weft.norm() - 1) + locking_margin)};
@@ -262,7 +269,7 @@ Stress ClothProblem::membrane_stress(Index t, const Vectors& x) const {
   const auto columns = [&, a = a, b = b, c = c](const Vectors& at, const Eigen::Matrix2d& directions) {
     Stress edges;
     edges << at[b] - at[a], at[c] - at[a];
-    return Stress(edges * rest_frame(mesh, t).inverse() * directions);
+    return Stress(edges * frame(t).inverse() * directions);
   };
   const Stress yarns = columns(x, axes), lines = columns(x, diagonals);  // a second line of diagonals is −(u − v)/√2
   const Stress yarns0 = columns(start, axes), lines0 = columns(start, diagonals);
@@ -320,7 +327,7 @@ Vectors ClothProblem::gathered(const Vectors& spring, const Vectors& hinge, cons
     for (int a = 0; a < 4; ++a) force[mesh.hinge[h][a]] += mesh.hinge_weight[h][a] * hinge[h];
   }
   for (std::size_t t = 0; t < triangle.size(); ++t) {
-    const Eigen::Matrix3d f = triangle[t] * corner_gradients(rest_frame(mesh, static_cast<Index>(t))).transpose();
+    const Eigen::Matrix3d f = triangle[t] * corner_gradients(frame(static_cast<Index>(t))).transpose();
     for (int k = 0; k < 3; ++k) force[mesh.triangle[t][k]] += f.col(k);
   }
   return force;

@@ -35,6 +35,7 @@ struct ClothProblem {
   std::vector<double> mass;           // wet, kg; of softly pinned nodes m + K Δt²
   std::vector<double> diagonal;       // D, N/m
   std::vector<double> stitch_length;  // at the end of the step, m
+  std::vector<double> growth;         // of lengths at a node, as wet as it is, 1
   std::vector<PlacedBody> bodies;
   std::vector<Clearance> clearance;
 
@@ -45,6 +46,8 @@ struct ClothProblem {
   bool is_free(Index n) const { return !model().mesh.pinned[n]; }
   /// Edges, then stitches.
   Index springs() const;
+  /// rest_frame of a triangle as wet as it is.
+  Eigen::Matrix2d frame(Index t) const;
   /// What the spring of edge e does to its first node, its damping with it, N. Stitches follow the edges.
   Eigen::Vector3d spring_force(Index e, const Vectors& x) const;
   /// −c_h Σ_a K_a x_a: K_a times this acts on corner a of hinge h, N.

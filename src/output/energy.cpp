@@ -77,11 +77,28 @@ void add_bodies(const Model& model, const HostState& state, const Gravity& gravi
   }
 }
 
+double saturation_of_node(const Model& model, const HostState& state, Index n) {
+  const auto k = static_cast<std::size_t>(n);
+  const double capacity = model.samples.node_capacity.empty() ? 0 : model.samples.node_capacity[k];
+  return capacity > 0 ? std::min(1.0, static_cast<double>(state.node_liquid[k]) * model.quantum / capacity) : 0.0;
+}
+
+/// By what lengths of the fabric at some nodes have grown, as wet as it is (Eq. 11b of docs/theory/cloth.md).
+template <std::size_t count>
+double growth(const Model& model, const HostState& state, const std::array<Index, count>& nodes) {
+  double sum = 0;
+  for (const Index n : nodes) sum += model.material_of_node(n).hygral_expansion * saturation_of_node(model, state, n);
+  return 1 + sum / count;
+}
+
 /// Eqs. 3 and 5 of docs/theory/cloth.md.
-void add_springs_and_hinges(const ClothMesh& mesh, const std::vector<Vec3>& x, double time, Energies& e) {
+void add_springs_and_hinges(const Model& model, const HostState& state, double time, Energies& e) {
+  const ClothMesh& mesh = model.mesh;
+  const std::vector<Vec3>& x = state.node_position;
   const auto at = [&](Index n) { return to_eigen(x[static_cast<std::size_t>(n)]); };
   for (std::size_t k = 0; k < mesh.edge.size(); ++k) {
-    const double longer = (at(mesh.edge[k][1]) - at(mesh.edge[k][0])).norm() - mesh.edge_length[k];
+    const double longer =
+        (at(mesh.edge[k][1]) - at(mesh.edge[k][0])).norm() - growth(model, state, mesh.edge[k]) * mesh.edge_length[k];
     e.stretch += 0.5 * mesh.edge_stiffness[k] * longer * longer;
   }
   for (std::size_t k = 0; k < mesh.stitch.size(); ++k) {
@@ -101,19 +118,19 @@ void add_springs_and_hinges(const ClothMesh& mesh, const std::vector<Vec3>& x, d
 void add_membranes_and_plates(const Model& model, const HostState& state, Energies& e) {
   const ClothMesh& mesh = model.mesh;
   const auto at = [&](Index n) { return to_eigen(state.node_position[static_cast<std::size_t>(n)]); };
-  const auto saturation = [&](Index n) {
-    const auto k = static_cast<std::size_t>(n);
-    const double capacity = model.samples.node_capacity.empty() ? 0 : model.samples.node_capacity[k];
-    return capacity > 0 ? std::min(1.0, static_cast<double>(state.node_liquid[k]) * model.quantum / capacity) : 0.0;
-  };
   for (std::size_t t = 0; t < mesh.membrane.size(); ++t) {
     const Membrane<double>& m = mesh.membrane[t];
     const auto& [a, b, c] = mesh.triangle[t];
     const auto& [xx, xy, yy] = mesh.triangle_shape[t];
-    const Vector3d first = at(b) - at(a), second = at(c) - at(a), f = first * xx, g = first * xy + second * yy;
+    const double grown = growth(model, state, mesh.triangle[t]);
+    const Vector3d first = (at(b) - at(a)) / grown, second = (at(c) - at(a)) / grown;
+    const Vector3d f = first * xx, g = first * xy + second * yy;
     const Vector3d u = m.cosine * f + m.sine * g, v = m.cosine * g - m.sine * f;
     const double shear = std::numbers::sqrt2 / 2 * ((u + v).norm() - (u - v).norm());
-    const double wet = 1 + (m.wet - 1) * (saturation(a) + saturation(b) + saturation(c)) / 3;
+    const double wet = 1 + (m.wet - 1) *
+                               (saturation_of_node(model, state, a) + saturation_of_node(model, state, b) +
+                                saturation_of_node(model, state, c)) /
+                               3;
     const auto yarn = [](double strain, double lock) {  // over k/2; Eq. 4c
       if (!(lock > 0 && strain > 0)) return strain * strain;
       const double bent = std::min(strain, locking_part * lock), beyond = strain - bent;
@@ -130,14 +147,16 @@ void add_membranes_and_plates(const Model& model, const HostState& state, Energi
 }
 
 /// Eq. 9 of docs/theory/cloth.md.
-void add_strain_limits(const Model& model, const std::vector<Vec3>& x, Energies& e) {
+void add_strain_limits(const Model& model, const HostState& state, Energies& e) {
   const ClothMesh& mesh = model.mesh;
-  const auto at = [&](Index n) { return to_eigen(x[static_cast<std::size_t>(n)]); };
+  const auto at = [&](Index n) { return to_eigen(state.node_position[static_cast<std::size_t>(n)]); };
   for (std::size_t t = 0; t < mesh.limit_stiffness.size(); ++t) {
     if (mesh.limit_stiffness[t] <= 0) continue;
     const auto& [a, b, c] = mesh.triangle[t];
     const auto& [xx, xy, yy] = mesh.triangle_shape[t];
-    const Vector3d first = at(b) - at(a), second = at(c) - at(a), u = first * xx, v = first * xy + second * yy;
+    const double grown = growth(model, state, mesh.triangle[t]);
+    const Vector3d first = (at(b) - at(a)) / grown, second = (at(c) - at(a)) / grown;
+    const Vector3d u = first * xx, v = first * xy + second * yy;
     const double mean = 0.5 * (u.squaredNorm() + v.squaredNorm());
     const double half = std::hypot(0.5 * (u.squaredNorm() - v.squaredNorm()), u.dot(v));
     const double limit = model.cloths[static_cast<std::size_t>(mesh.triangle_cloth[t])].strain_limit;
@@ -192,9 +211,9 @@ Energies energies_of(const Model& model, const HostState& state) {
   add_nodes(model, state, gravity, e);
   add_bodies(model, state, gravity, e);
   if (!model.has_moving_cloth()) return e;
-  add_springs_and_hinges(model.mesh, state.node_position, state.time, e);
+  add_springs_and_hinges(model, state, state.time, e);
   add_membranes_and_plates(model, state, e);
-  add_strain_limits(model, state.node_position, e);
+  add_strain_limits(model, state, e);
   return e;
 }
 

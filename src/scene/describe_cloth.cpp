@@ -179,6 +179,8 @@ void describe_porous(Section& s, MaterialScene& fabric) {
           "requires permeability, which is 0; allowed: only with permeability above 0");
   s.number("critical_saturation", fabric.critical_saturation, "[0, 1]", "1",
            "critical saturation s_c below which drying slows down in proportion to the saturation; only with `air`");
+  s.number("hygral_expansion", fabric.hygral_expansion, "[-0.5, 0.5]", "1",
+           "relative growth of the fabric's lengths at saturation 1, linear in the saturation; below 0 it shrinks");
   s.number(
       "compressibility", fabric.compressibility, "[0, 1)", "1",
       "largest share c of the thickness that pressure takes from the fabric, and from its pores: at the pressure p "

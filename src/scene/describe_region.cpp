@@ -83,6 +83,7 @@ void describe_pores(Section& s, MaterialScene& fabric) {
   check_drag(s, fabric);
   s.number("breakthrough_pressure", fabric.breakthrough_pressure, "[0, 1e9]", "Pa", as_the_cloth);
   s.number("critical_saturation", fabric.critical_saturation, "[0, 1]", "1", as_the_cloth);
+  s.number("hygral_expansion", fabric.hygral_expansion, "[-0.5, 0.5]", "1", as_the_cloth);
   s.check(!(fabric.breakthrough_pressure > 0) || fabric.permeability > 0, "breakthrough_pressure",
           "requires permeability, which is 0; allowed: only with permeability above 0");
   s.check(fabric.compressibility <= 1 - fabric.solid_fraction, "solid_fraction",

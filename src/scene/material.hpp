@@ -37,6 +37,7 @@ struct BasicMaterial {
   Number fibre_diameter = Number(0);  // d_f, m: sets β by Ergun's equation; 0: not known
   Number breakthrough_pressure = Number(0);  // p_b, Pa: below it the fabric repels liquid; 0: it wets by itself
   Number critical_saturation = Number(0.3);  // s_c, 1: below it drying slows down
+  Number hygral_expansion = Number(0);       // 1: relative growth of its lengths at saturation 1
   Number compressibility = Number(0);        // c, 1: share of the thickness that pressure can take; 0: pores stay
   bool contact_wicking = false;              // liquid passes between layers that touch and both have this
   bool porous = false;                       // takes up liquid; else it is a dry wall
@@ -122,6 +123,7 @@ constexpr void visit_members(ResolvedMaterial<A>& a, const ResolvedMaterial<B>& 
   visit(a.fibre_diameter, b.fibre_diameter);
   visit(a.breakthrough_pressure, b.breakthrough_pressure);
   visit(a.critical_saturation, b.critical_saturation);
+  visit(a.hygral_expansion, b.hygral_expansion);
   visit(a.compressibility, b.compressibility);
   visit(a.contact_wicking, b.contact_wicking);
   visit(a.porous, b.porous);

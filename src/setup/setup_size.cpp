@@ -159,6 +159,7 @@ SetupSize kinds_of(const Model& m) {
   size.squeezing = m.has_squeezing();
   size.hysteresis = m.has_hysteresis();
   size.narrowing = m.has_narrowing();
+  size.expands = m.expands_when_wet();
   size.self_collision = m.has_self_collision();
   size.xpbd = m.has_moving_cloth() && m.scene.cloth_solver.method == ClothMethod::xpbd;
   size.strain_limit = m.has_strain_limit();

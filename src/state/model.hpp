@@ -321,6 +321,11 @@ struct Model {
       return any_fabric(c, [](const MaterialScene& f) { return f.membrane && f.membrane->wet != 1; });
     });
   }
+  bool expands_when_wet() const {
+    return std::any_of(scene.cloths.begin(), scene.cloths.end(), [](const ClothScene& c) {
+      return any_fabric(c, [](const MaterialScene& f) { return f.porous && f.hygral_expansion != 0; });
+    });
+  }
   /// How far cloth can be stretched (length over rest length) before its samples are 1.5 d apart and liquid gets
   /// between them; infinite where liquid meets none.
   double most_stretch() const {

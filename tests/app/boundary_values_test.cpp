@@ -54,7 +54,7 @@ cloth:
     pin: [{corners: true, stiffness: 100, release: 0.004}]
     initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1}]
     porous: {diffusivity: 1.0e-4, diffusion: degenerate, drainage_height: 2, drainage_exponent: 1.5,
-             large_pores: 0.5, large_pore_height: 0.1, pore_narrowing: 2, film: 1.0e-4, film_viscosity: 1.0e-5,
+             large_pores: 0.5, large_pore_height: 0.1, pore_narrowing: 2, hygral_expansion: 0.05, film: 1.0e-4, film_viscosity: 1.0e-5,
              compressibility: 0.3}
 bodies:
   - name: lid

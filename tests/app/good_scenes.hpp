@@ -111,7 +111,7 @@ cloth:
     dynamics: false
     porous: {diffusion_exponent: 2.5, retention_exponent: 1.5, drainage_height: 1.75,
       drainage_exponent: 2.25, large_pores: 0.375, large_pore_height: 0.125,
-      pore_narrowing: -0.75}
+      pore_narrowing: -0.75, hygral_expansion: 0.0625}
   - name: followed
     mesh: {file: exists.obj}
     clean: off

@@ -229,6 +229,7 @@ ClothScene cloth_from_a_file() {
   second.material.large_pores = 0.375;
   second.material.large_pore_height = 0.125;
   second.material.pore_narrowing = -0.75;
+  second.material.hygral_expansion = 0.0625;
   return second;
 }
 

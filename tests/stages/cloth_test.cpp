@@ -210,6 +210,15 @@ TEST(cloth, woven_of_yarns_that_lock_agrees_with_the_reference) {
       compare_stage({.stage = Stage::cloth, .scene = scene, .prepare = prepare, .changes = "node_velocity"});
 }
 
+TEST(cloth, that_expands_when_it_is_wet_agrees_with_the_reference) {
+  const auto expanding = [](const std::string& scene) {
+    return with(scene, "porous: {", "porous: {hygral_expansion: 0.08, ");
+  };
+  for (const std::string& scene : {expanding(wet_scene()), expanding(limited(woven(wet_scene()))),
+                                   expanding(xpbd_scene()), expanding(woven(xpbd_scene(), false))})
+    compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});
+}
+
 TEST(cloth, woven_by_xpbd_agrees_with_the_reference) {
   const std::string scene = woven(xpbd_scene(), false);
   compare_stage({.stage = Stage::cloth, .scene = scene, .changes = "node_velocity"});

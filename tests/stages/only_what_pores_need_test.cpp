@@ -90,6 +90,17 @@ TEST(only_what_is_needed, only_pores_that_stretching_narrows_are_measured) {
   EXPECT_EQ(containing(allocated, label), 2) << "rest_square, narrowing";
 }
 
+TEST(only_what_is_needed, only_fabric_that_expands_has_lengths_of_its_own) {
+  const std::initializer_list<const char*> label = {"cloth::expand", "dry_l", "dry_shape"};
+  {
+    const Watch watch(wet_scene());
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  const Watch watch(with(wet_scene(), "porous: {", "porous: {hygral_expansion: 0.1, "));
+  EXPECT_GT(containing(launched, label), 0);
+  EXPECT_EQ(containing(allocated, label), 2) << "dry_length, dry_link_length; no triangle has a stress";
+}
+
 TEST(only_what_is_needed, only_liquid_with_a_solute_has_kernels_and_arrays_for_it) {
   const std::initializer_list<const char*> label = {"solute"};
   {

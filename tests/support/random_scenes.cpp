@@ -289,6 +289,9 @@ std::string SceneDraw::filmed_or_squeezed(std::string pores, bool still) {
     return fmt::format("compressibility: {:.4g}, ", uniform(0, 0.95) * (1 - number_after("solid_fraction: ")));
   });
   const std::string begin = "porous: {";
+  const std::string expands = drawn_by(porous_, pores.empty() || still ? 0 : 0.2,
+                                       [&] { return fmt::format("hygral_expansion: {:.3g}, ", uniform(-0.3, 0.3)); });
+  if (!expands.empty()) pores.insert(pores.find(begin) + begin.size(), expands);
   if (!squeezed.empty()) pores.insert(pores.find(begin) + begin.size(), squeezed);
   if (film.empty() || !(number_after("diffusivity: ") > 0)) return pores;
   const std::size_t most = pores.find("max_saturation: ");

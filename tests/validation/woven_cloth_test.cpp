@@ -152,6 +152,40 @@ TEST(woven_cloth, hanging_strip_of_yarns_that_lock) {
       }
 }
 
+/// A sheet without weight that is wet on one side grows there, of springs and of a membrane.
+TEST(woven_cloth, wet_fabric_grows_by_its_expansion) {
+  constexpr double expansion = 0.06, wetness = 0.5, side = 0.2;
+  const TempFolder folder;
+  const SurfaceMesh mesh = irregular_strip(0, length, side, side / 6, 3);
+  const std::string file = write_obj(folder, mesh);
+  for (const std::string yarns : {"stretch: 500", "membrane: {warp: 500, weft: 300, shear: 100}"}) {
+    SceneRun run(fmt::format(R"(drench: 1
+time: {{step: 0.004, end: 10}}
+gravity: [0, 0, 0]
+cloth_solver: {{tolerance: 1.0e-4}}
+cloth:
+  - mesh: {{file: "{}"}}
+    {}
+    warp: [1, 0, 0]
+    bending: {{warp: 1.0e-4, weft: 1.0e-4, twist: 1.0e-4}}
+    damping: 20
+    initial_saturation: [{{box: {{min: [0.5, -1, -1], max: [2, 1, 1]}}, value: {}}}]
+    porous: {{diffusivity: 0, max_saturation: 1, hygral_expansion: {}}}
+)",
+                             file, yarns, wetness, expansion));
+    const auto span = [](const HostState& s) {
+      double most = -1e9, least = 1e9;
+      for (const Vec3& x : s.node_position) most = std::max(most, x[0]), least = std::min(least, x[0]);
+      return most - least;
+    };
+    const double dry = span(run.state());
+    const HostState s = at_rest(run, 2e-6, 6, 2e-5);
+    // Half of its length grows by half of the expansion.
+    report({fmt::format("sheet that is half wet, {}: growth of its length", yarns.substr(0, yarns.find(':'))),
+            "half of h s", std::fabs((span(s) / dry - 1) / (0.5 * expansion * wetness) - 1), 0.05, "1"});
+  }
+}
+
 /// As cloth_mechanics/Cantilever, on meshes that are not even. The nodes at x ≤ 0 are held; between them and the first
 /// free ones the slope is the mean of both, so the clamp acts half an edge before x = 0.
 TEST(woven_cloth, plate_of_an_irregular_mesh_bends_as_theory_says) {

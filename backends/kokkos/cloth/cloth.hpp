@@ -69,7 +69,9 @@ struct Mesh {
   Field<Index> triangle;       // 3 per triangle
   Field<Index> boundary_edge;  // 3 per edge of the boundary loops: its nodes and its triangle's third; empty: none
   Field<Index> edge;           // 2 per edge; the last ones are the stitches
-  Field<Real> edge_length, edge_stiffness;
+  Field<Real> edge_length, edge_stiffness;  // lengths: as wet as the fabric is
+  // lengths, links' lengths and shapes of dry fabric; empty unless it expands when it is wet (expand_wet_cloth)
+  Field<Real> dry_length, dry_link_length, dry_shape;
   Field<double> stitch_length, stitch_end;  // m, at t = 0; s: when the rest length is 0 (shorten_stitches)
   Field<Index> stitch_link;                 // 2 per stitch: its links
   Field<Index> hinge;                       // 4 per hinge

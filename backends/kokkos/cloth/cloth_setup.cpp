@@ -35,7 +35,7 @@ Material material_of(const ClothMaterial& c) {
 }
 
 /// Springs, hinges and plates as one sparse row a node: a third of the loads of going edge by edge and hinge by hinge.
-void make_links(const ClothMesh& mesh, Nodes& nodes, Mesh& of_mesh) {
+void make_links(const ClothMesh& mesh, bool expands, Nodes& nodes, Mesh& of_mesh) {
   std::vector<std::map<Index, Link>> rows(mesh.rest_position.size());
   const auto link = [&](Index n, Index other) -> Link& {
     return rows[static_cast<std::size_t>(n)].try_emplace(other, Link{other, 0, 0, 0}).first->second;
@@ -77,6 +77,11 @@ void make_links(const ClothMesh& mesh, Nodes& nodes, Mesh& of_mesh) {
   }
   nodes.link_start = to_device<Index>("drench::node_link_start", start);
   nodes.link = to_device<Link>("drench::node_link", links);
+  if (expands) {
+    std::vector<Real> dry;
+    for (const Link& l : links) dry.push_back(l.stiffness > 0 ? l.length : Real(0));
+    of_mesh.dry_link_length = to_device<Real>("drench::dry_link_length", dry);
+  }
   if (mesh.stitch.empty()) return;
   std::vector<Index> of_stitch;
   for (const auto& stitch : mesh.stitch)
@@ -122,7 +127,7 @@ void make_nodes(const Model& m, Nodes& n, Mesh& of_mesh) {
   n.edge_item = to_device<Index>("drench::node_edge_item", mesh.node_edges.item);
   n.hinge_start = to_device<Index>("drench::node_hinge_start", mesh.node_hinges.start);
   n.hinge_item = to_device<Index>("drench::node_hinge_item", mesh.node_hinges.item);
-  make_links(mesh, n, of_mesh);
+  make_links(mesh, m.expands_when_wet(), n, of_mesh);
   if (m.has_stitches()) n.joint = to_device<Index>("drench::node_joint", mesh.joint);
   if (m.has_triangle_stress()) {
     n.triangle_start = to_device<Index>("drench::node_triangle_start", mesh.node_triangles.start);
@@ -208,6 +213,10 @@ void make_mesh(const Model& model, Mesh& m) {
   m.edge = to_device<Index>("drench::edge", flat(joined(mesh.edge, mesh.stitch)));
   m.edge_length = to_device<Real>("drench::edge_length", joined(mesh.edge_length, mesh.stitch_length));
   m.edge_stiffness = to_device<Real>("drench::edge_stiffness", joined(mesh.edge_stiffness, mesh.stitch_stiffness));
+  if (model.expands_when_wet()) {
+    m.dry_length = to_device<Real>("drench::dry_length", mesh.edge_length);
+    if (model.has_triangle_stress()) m.dry_shape = to_device<Real>("drench::dry_shape", flat(mesh.triangle_shape));
+  }
   if (m.stitches > 0) {
     m.stitch_length = to_device<double>("drench::stitch_length", mesh.stitch_length);
     m.stitch_end = to_device<double>("drench::stitch_end", mesh.stitch_time);
@@ -224,7 +233,8 @@ double mesh_bytes(const Sizing& s) {
   const double r = s.real, shape = s.size.strain_limit || s.size.membrane ? 3 * r : 0;
   const double limit = shape + (s.size.strain_limit ? r : 0) + (s.size.membrane ? 8 * r : 0);
   const double edges = s.size.edges + s.size.stitches;
-  return s.size.triangles * (3 * index_bytes + 3 * r + limit) + edges * (2 * index_bytes + 2 * r) +
+  const double dry = s.size.expands ? r * (s.size.edges + s.size.links) + shape * s.size.triangles : 0;
+  return dry + s.size.triangles * (3 * index_bytes + 3 * r + limit) + edges * (2 * index_bytes + 2 * r) +
          s.size.stitches * 2 * (double_bytes + index_bytes) + s.size.hinges * (4 * index_bytes + 5 * r);
 }
 

@@ -191,9 +191,43 @@ ClothSystem::ClothSystem(const Bodies& bodies, const Cloth& fabric, ClothSolverW
       inverse_dt(1 / step),
       inverse_dt2(1 / (step * step)) {}
 
+namespace {
+
+/// Rest lengths and shapes of fabric as wet as it is (docs/theory/cloth.md, Eq. 11b). Stitches keep theirs.
+void expand_wet_cloth(const Constants& constants, Cloth& cloth) {
+  if (!constants.model.expands_when_wet()) return;
+  const NodeLiquid wet(constants, cloth);
+  const Materials materials = node_materials(cloth);
+  const Entries<const Index> link_start = cloth.nodes.link_start, edge = cloth.mesh.edge,
+                             triangle = cloth.mesh.triangle;
+  const Entries<const Real> dry_length = cloth.mesh.dry_length, dry_link = cloth.mesh.dry_link_length,
+                            dry_shape = cloth.mesh.dry_shape;
+  const Entries<Link> link = cloth.nodes.link;
+  const Entries<Real> length = cloth.mesh.edge_length, shape = cloth.mesh.triangle_shape;
+  const Index nodes = cloth.nodes.count, edges = cloth.mesh.edges - cloth.mesh.stitches,
+              triangles = dry_shape.exist() ? cloth.mesh.triangles : 0;
+  parallel(
+      "drench::cloth::expand", std::max({nodes, edges, triangles}), KOKKOS_LAMBDA(const Index k) {
+        const auto growth = [&](Index n) { return materials(n).hygral_expansion * wet.saturation(n); };
+        if (k < nodes) {
+          const Real own = growth(k);
+          for (Index r = link_start(k); r < link_start(k + 1); ++r)
+            if (dry_link(r) > 0) link(r).length = dry_link(r) * (1 + Real(0.5) * (own + growth(link(r).other)));
+        }
+        if (k < edges) length(k) = dry_length(k) * (1 + Real(0.5) * (growth(edge(2 * k)) + growth(edge(2 * k + 1))));
+        if (k < triangles) {
+          const Real sum = growth(triangle(3 * k)) + growth(triangle(3 * k + 1)) + growth(triangle(3 * k + 2));
+          for (Index c = 3 * k; c < 3 * k + 3; ++c) shape(c) = dry_shape(c) / (1 + sum / 3);
+        }
+      });
+}
+
+}  // namespace
+
 ClothSystem weigh_cloth(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
                         Real dt) {
   allocate(constants, cloth, solver);
+  expand_wet_cloth(constants, cloth);
   set_clearance(constants, bodies, cloth, dt);
   const ClothSystem system(bodies, cloth, solver, dt);
   masses_and_diagonals(constants, cloth, system);

@@ -78,7 +78,7 @@ struct OfNodes {
         v(cloth.nodes.velocity),
         wet(constants, cloth),
         solid(cloth.nodes.solid_mass),
-        length(cloth.mesh.edge_length),
+        length(cloth.mesh.dry_length.exists() ? cloth.mesh.dry_length : cloth.mesh.edge_length),
         edge(cloth.mesh.edge),
         body(solids.state),
         scale(scales) {}
