@@ -148,9 +148,10 @@ void describe_porous(Section& s, MaterialScene& fabric) {
   s.number("large_pores", fabric.large_pores, "[0, 0.95]", "1",
            "share w of the pore volume that lies between yarns, in large pores; `capillary_height` and `diffusivity` "
            "are then those of the small ones within yarns; 0: pores of one kind");
-  s.number("large_pore_height", fabric.large_pore_height, "[0, 1000]", "m",
-           "capillary height of the large pores, below that of the small ones by a factor of 1.5 to 100; requires "
-           "`large_pores`");
+  s.number(
+      "large_pore_height", fabric.large_pore_height, "[0, 1000]", "m",
+      "equilibrium wicking height of the large pores, below that of the small ones by a factor of 1.5 to 100; requires "
+      "`large_pores`");
   s.number("pore_narrowing", fabric.pore_narrowing, "[-20, 20]", "1",
            "relative narrowing c of pores under stretch: at the area strain e liquid rises 1 + c e times as high and "
            "spreads as many times more slowly; below 0 they widen");
