@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "base/eigen_vec.hpp"
@@ -19,11 +20,12 @@ using Eigen::Vector3d;
 
 // Bullet's tolerances suit bodies of a unit's size and mass, so lengths are divided by the reach of the smallest
 // dynamic body, masses by the least.
-constexpr double grip = 0.02;      // of that reach: overlaps up to this press, deeper ones are removed without force
-constexpr double margin = 1e-3;    // of that reach: how far surfaces stay apart
-constexpr double removed = 0.2;    // of an overlap, per step
-constexpr int iterations = 50;     // without the last step's impulses, which a checkpoint would have to keep
-constexpr int most_corners = 256;  // of a hull whose faces are clipped against others
+constexpr double grip = 0.02;        // of that reach: overlaps up to this press, deeper ones are removed without force
+constexpr double margin = 1e-3;      // of that reach: how far surfaces stay apart
+constexpr double removed = 0.2;      // of an overlap, per step
+constexpr double of_one_step = 0.5;  // of an overlap: where that much comes or goes in the step it presses nothing
+constexpr int iterations = 50;       // without the last step's impulses, which a checkpoint would have to keep
+constexpr int most_corners = 256;    // of a hull whose faces are clipped against others
 constexpr double convex_excess = 0.01;  // of the volume, between a mesh and its hull
 
 btVector3 bullet(const Vector3d& v) { return {v[0], v[1], v[2]}; }
@@ -70,6 +72,19 @@ btDefaultCollisionConstructionInfo small_pools() {
 }  // namespace
 
 struct RigidContacts::World {
+  /// Bullet's world, which lets its contacts be changed once they are found.
+  class FoundWorld : public btDiscreteDynamicsWorld {
+   public:
+    using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
+    std::function<void()> found;
+
+   private:
+    void solveConstraints(btContactSolverInfo& info) override {
+      if (found) found();
+      btDiscreteDynamicsWorld::solveConstraints(info);
+    }
+  };
+
   /// What a shape needs beside itself.
   struct Mesh {
     std::vector<Vector3d> points;
@@ -104,13 +119,16 @@ struct RigidContacts::World {
     leave();
     world_.getSolverInfo().m_erp = world_.getSolverInfo().m_erp2 = removed * share;
     enter(motion, dt, end);
+    world_.found = [&] { release_impacts(motion, dt); };
     world_.stepSimulation(dt, 0);
+    world_.found = nullptr;
     std::vector<ContactImpulse> contacts(bodies_.size());
     for (Hinge& h : hinges_) unfasten(h, dt, contacts);
     for (int k = 0; k < dispatcher_.getNumManifolds(); ++k)
       add_impulses(*dispatcher_.getManifoldByIndexInternal(k), motion, contacts);
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (bodies_[b] && constant_[b]->dynamic && contacts[b].touched) motion[b] = motion_of(b);
+    part_impacts(motion, dt);
     leave();
     return contacts;
   }
@@ -129,6 +147,7 @@ struct RigidContacts::World {
       make(h, dt, end);
       joints.push_back(h.constraint.get());
     }
+    release_impacts(motion, dt);
     btContactSolverInfo info = world_.getSolverInfo();
     info.m_timeStep = dt;
     info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;  // it would begin with the impulses of the last call
@@ -151,6 +170,63 @@ struct RigidContacts::World {
     std::unique_ptr<btHingeConstraint> constraint;
     btJointFeedback feedback;
   };
+
+  /// A contact point between two bodies, in m and m/s: the normal points from the second to the first.
+  struct Point {
+    std::size_t first, second;
+    Vector3d at, normal;
+    double overlap;
+    /// At which the bodies approach, below 0 if they part.
+    double approach(const std::vector<RigidMotion>& motion) const {
+      const auto velocity = [&](std::size_t b) {
+        const RigidMotion& m = motion[b];
+        return Vector3d(to_eigen(m.velocity) + to_eigen(m.spin).cross(at - to_eigen(m.position)));
+      };
+      return (velocity(second) - velocity(first)).dot(normal);
+    }
+  };
+  /// Calls each(point of Bullet, the same in SI).
+  void for_each_point(const std::function<void(btManifoldPoint&, const Point&)>& each) {
+    for (int k = 0; k < dispatcher_.getNumManifolds(); ++k) {
+      btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(k);
+      for (int c = 0; c < manifold.getNumContacts(); ++c) {
+        btManifoldPoint& p = manifold.getContactPoint(c);
+        each(p, {static_cast<std::size_t>(manifold.getBody0()->getUserIndex()),
+                 static_cast<std::size_t>(manifold.getBody1()->getUserIndex()), eigen(p.getPositionWorldOnB()) / per_m_,
+                 eigen(p.m_normalWorldOnB), -p.getDistance() / per_m_});
+      }
+    }
+  }
+  /// What presses is an overlap that lasts, of jaws for example. One that bodies bring along in this step, or leave by
+  /// themselves, would become velocity that nothing has given them.
+  void release_impacts(const std::vector<RigidMotion>& motion, double dt) {
+    for_each_point([&](btManifoldPoint& p, const Point& point) {
+      const bool comes_or_goes =
+          point.overlap > 0 && std::abs(point.approach(motion)) * dt > of_one_step * point.overlap;
+      p.m_contactERP = 0;
+      if (comes_or_goes)
+        p.m_contactPointFlags |= BT_CONTACT_FLAG_HAS_CONTACT_ERP;
+      else
+        p.m_contactPointFlags &= ~BT_CONTACT_FLAG_HAS_CONTACT_ERP;
+    });
+  }
+  /// Of those overlaps the rest that the bodies do not leave in the step is removed, without force.
+  void part_impacts(std::vector<RigidMotion>& motion, double dt) {
+    std::vector<Vector3d> shift(bodies_.size(), Vector3d::Zero());
+    for_each_point([&](btManifoldPoint& p, const Point& point) {
+      if ((p.m_contactPointFlags & BT_CONTACT_FLAG_HAS_CONTACT_ERP) == 0) return;
+      const auto [first, second] = std::pair(point.first, point.second);
+      const auto lightness = [&](std::size_t b) { return constant_[b]->dynamic ? 1 / constant_[b]->mass : 0; };
+      const double rest =
+          point.overlap + dt * std::min(0.0, point.approach(motion)) - (shift[first] - shift[second]).dot(point.normal);
+      const double sum = lightness(first) + lightness(second);
+      if (!(rest > 0 && sum > 0)) return;
+      shift[first] += lightness(first) / sum * rest * point.normal;
+      shift[second] -= lightness(second) / sum * rest * point.normal;
+    });
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (!shift[b].isZero(0)) motion[b].position = to_vec3(to_eigen(motion[b].position) + shift[b]);
+  }
 
   void enter(const std::vector<RigidMotion>& motion, double dt, double end) {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
@@ -430,7 +506,7 @@ struct RigidContacts::World {
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver solver_;
-  btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
+  FoundWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   std::vector<std::unique_ptr<Mesh>> meshes_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;  // null: changes its shape, and has no contacts

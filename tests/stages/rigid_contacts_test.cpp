@@ -101,6 +101,28 @@ TEST(rigid_contacts, balls_exchange_momentum) {
   }
 }
 
+TEST(rigid_contacts, bodies_bounce_by_their_restitution_whatever_they_overlap) {
+  const std::string cup = file_of("bounce_cup.obj", cup_mesh());
+  const std::vector<std::string> bodies = {
+      "sphere: {{center: [0, {0}, 0], radius: 0.05, dynamic: true, restitution: {1}}}",
+      "box: {{min: [-0.05, {0}, -0.04], max: [0.05, {2}, 0.04], dynamic: true, restitution: {1}}}",
+      "mesh: {{file: " + cup + ", position: [0, {0}, 0], dynamic: true, restitution: {1}}}"};
+  for (const std::string& body : bodies)
+    for (const double e : {0.0, 0.5, 1.0})
+      for (const double height : {0.2, 0.2037, 0.2071, 0.35}) {  // it meets the floor at other parts of a step
+        SCOPED_TRACE(fmt::format("{} {} {}", body, e, height));
+        Dry dry(fmt::format("  - plane: {{point: [0, 0, 0], normal: [0, 1, 0], restitution: {}}}\n  - ", e) +
+                fmt::format(fmt::runtime(body), height, e, height + 0.06) + "\n");
+        double hit = 0, left = 0;
+        for (int k = 0; k < 120; ++k) {
+          dry.step();
+          hit = std::max(hit, -dry.velocity(1)[1]);
+          left = std::max(left, dry.velocity(1)[1]);
+        }
+        EXPECT_NEAR(left, e * hit, 0.02 * hit);
+      }
+}
+
 TEST(rigid_contacts, a_stack_stands_and_a_cup_holds_a_ball_that_it_carries) {
   const std::string box = file_of("stack_box.obj", box_mesh({-0.05, -0.03, -0.04}, {0.05, 0.03, 0.04})),
                     cup = file_of("carry_cup.obj", cup_mesh());
