@@ -60,6 +60,10 @@ double node_mass(const ReferenceState& state, Index n) {
 }
 
 double inverse_node_mass(const ReferenceState& state, Index n) {
+  return state.model.mesh.is_fixed(n) ? 0.0 : 1 / node_mass(state, n);
+}
+
+double inverse_free_mass(const ReferenceState& state, Index n) {
   return state.model.mesh.pinned[n] ? 0.0 : 1 / node_mass(state, n);
 }
 
@@ -196,7 +200,7 @@ void FreeCloth::accept(ReferenceState& state, const Vectors& node_force) {
   const Vectors v = velocities(node_force);
   for (Index n = 0; n < state.s.node_count(); ++n) {
     state.s.node_velocity[n] = arr(v[n]);
-    if (state.model.mesh.pinned[n]) state.s.node_pin_force[n] = arr(vec(state.s.node_pin_force[n]) - node_force[n]);
+    if (state.model.mesh.is_fixed(n)) state.s.node_pin_force[n] = arr(vec(state.s.node_pin_force[n]) - node_force[n]);
   }
 }
 

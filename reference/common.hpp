@@ -52,9 +52,12 @@ class Smoothing {
 double fluid_mass(const ReferenceState& state, Index i);
 double fluid_volume(const ReferenceState& state, Index i);
 
-/// Cloth node: m_s + m_f in kg, and 1/(m_s + m_f) in 1/kg, 0 for a pinned node.
+/// Cloth node: m_s + m_f in kg, and 1/(m_s + m_f) in 1/kg, 0 for a fixed node
+/// (ClothMesh::is_fixed).
 double node_mass(const ReferenceState& state, Index n);
 double inverse_node_mass(const ReferenceState& state, Index n);
+/// The latter where nothing moves pins: 0 for every pinned node.
+double inverse_free_mass(const ReferenceState& state, Index n);
 
 /// T of the ramp of fresh particles: the largest emission_ramp of the cloths, s; 0 without cloth.
 double emission_ramp(const Model& model);

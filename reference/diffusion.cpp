@@ -294,7 +294,7 @@ Vectors node_velocities(const ReferenceState& state) {
 
 void change_velocities(ReferenceState& state, const Vectors& gained) {
   for (Index n = 0; n < state.s.node_count(); ++n) {
-    if (state.model.mesh.pinned[n] || gained[n].isZero(0)) continue;
+    if (state.model.mesh.is_fixed(n) || gained[n].isZero(0)) continue;
     const Eigen::Vector3d change = gained[n] * state.model.quantum / node_mass(state, n);
     state.s.node_velocity[n] = arr(vec(state.s.node_velocity[n]) + change);
   }

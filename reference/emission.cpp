@@ -358,7 +358,7 @@ void take_from_nodes(ReferenceState& state, Index p, const Share& share) {
     const Index n = sample_node(state, p, k);
     state.s.node_liquid[n] -= part[k] + more;
     state.s.node_buffered[n] -= part[k] + more;
-    if (state.model.mesh.pinned[n]) continue;
+    if (state.model.mesh.is_fixed(n)) continue;
     const double unrounded =
         static_cast<double>(given) * static_cast<double>(share.of_node[k]) / static_cast<double>(share.total);
     const double behind = (static_cast<double>(part[k] + more) - unrounded) * state.model.quantum;  // kg

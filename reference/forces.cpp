@@ -238,7 +238,8 @@ void forces(ReferenceState& state, const StepInfo& info, StepReport& report) {
   for (std::size_t n = 0; n < nodes; ++n) {
     const double u = inverse_node_mass(state, static_cast<Index>(n));
     s.node_velocity[n] = arr(vec(s.node_velocity[n]) + u * impulse[n]);
-    if (state.model.mesh.pinned[n]) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - impulse[n] / info.dt);
+    if (state.model.mesh.is_fixed(static_cast<Index>(n)))
+      s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - impulse[n] / info.dt);
   }
 }
 

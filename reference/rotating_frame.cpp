@@ -30,7 +30,7 @@ void rotating_frame(ReferenceState& state, const StepInfo& info, StepReport&) {
   if (!m.has_moving_cloth()) return;
   for (Index n = 0; n < s.node_count(); ++n) {
     const Vector3d v = changed(s.node_position[n], s.node_velocity[n]);
-    if (m.mesh.pinned[n])  // Eq. 3
+    if (m.mesh.is_fixed(n))  // Eq. 3
       s.node_pin_force[n] =
           arr(vec(s.node_pin_force[n]) - node_mass(state, n) / info.dt * (v - vec(s.node_velocity[n])));
     else

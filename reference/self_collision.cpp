@@ -199,7 +199,7 @@ class SelfCollision {
   bool throws(const Pair& pair, const std::array<double, 4>& b) const {
     double gap = 0, most = 0;
     for (int k = 0; k < 4; ++k) {
-      const double inverse = inverse_node_mass(state_, pair.node[k]);
+      const double inverse = inverse_free_mass(state_, pair.node[k]);
       gap += b[k] * b[k] * inverse;
       most = std::max(most, std::abs(b[k]) * inverse);
     }
@@ -226,7 +226,7 @@ class SelfCollision {
     double sum = 0;
     for (int k = 0; k < 4; ++k) {
       const Index n = c.pair->node[k];
-      sum += c.b[k] * c.b[k] * share[n] * inverse_node_mass(state_, n);
+      sum += c.b[k] * c.b[k] * share[n] * inverse_free_mass(state_, n);
     }
     return sum;
   }
@@ -252,7 +252,7 @@ class SelfCollision {
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       if (share[n] == 0) continue;
       const auto& p = impulses.sum[n];
-      velocity_[n] += inverse_node_mass(state_, n) * impulses.unit * Vector3d(double(p[0]), double(p[1]), double(p[2]));
+      velocity_[n] += inverse_free_mass(state_, n) * impulses.unit * Vector3d(double(p[0]), double(p[1]), double(p[2]));
       keep_out(n);
     }
   }

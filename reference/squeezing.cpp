@@ -114,7 +114,7 @@ class Squeezing {
   }
 
   Vector3d acceleration(Index n) const {
-    const Vector3d a = inverse_node_mass(state_, n) * (smooth_[n] + pushed_[n]);
+    const Vector3d a = inverse_free_mass(state_, n) * (smooth_[n] + pushed_[n]);
     return a - std::min(0.0, a.dot(wall_[n])) * wall_[n];
   }
 
@@ -130,7 +130,7 @@ class Squeezing {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
       Layers& l = layers_[i];
       double inverse = 0;
-      for (int k = 0; k < 4; ++k) inverse += l.b[k] * l.b[k] * share[l.node[k]] * inverse_node_mass(state_, l.node[k]);
+      for (int k = 0; k < 4; ++k) inverse += l.b[k] * l.b[k] * share[l.node[k]] * inverse_free_mass(state_, l.node[k]);
       const bool acts = (opening[i] < 0 || l.applied > 0) && inverse > 0;
       const double after = acts ? std::max(0.0, l.applied - opening[i] / inverse) : l.applied;
       const double next = std::max(0.0, after + momentum * (after - l.force));

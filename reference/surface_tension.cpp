@@ -116,7 +116,7 @@ void surface_tension(ReferenceState& state, const StepInfo& info, StepReport&) {
   const Vectors node_force = spread_to_nodes(state, sample_force);
   for (Index n = 0; n < s.node_count(); ++n) {
     s.node_velocity[n] = arr(vec(s.node_velocity[n]) + info.dt * inverse_node_mass(state, n) * node_force[n]);
-    if (m.mesh.pinned[n]) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - node_force[n]);
+    if (m.mesh.is_fixed(n)) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - node_force[n]);
   }
 }
 

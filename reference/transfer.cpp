@@ -125,7 +125,7 @@ void give_to_nodes(ReferenceState& state, const std::vector<Quanta>& quanta, con
     state.s.node_liquid[n] += mass[n];
     if (mass[n] == 0 && push[n].isZero(0)) continue;
     const double gained = static_cast<double>(mass[n]) * state.model.quantum, after = before + gained;
-    if (state.model.mesh.pinned[n]) {
+    if (state.model.mesh.is_fixed(n)) {
       Vec3& pin = state.s.node_pin_force[n];
       pin = arr(vec(pin) - (unit * push[n] - gained * vec(state.s.node_velocity[n])) / dt);
       continue;
@@ -143,7 +143,7 @@ void push_nodes(ReferenceState& state, const std::vector<Momentum>& momentum, do
     for (int a = 0; a < 3; ++a) {
       const double p = static_cast<double>(momentum[n][a]) * unit;
       state.s.node_velocity[n][a] += p * inverse_node_mass(state, n);
-      if (state.model.mesh.pinned[n]) state.s.node_pin_force[n][a] -= p / dt;
+      if (state.model.mesh.is_fixed(n)) state.s.node_pin_force[n][a] -= p / dt;
     }
   }
 }

@@ -57,7 +57,7 @@ class WetAdhesion {
     for (Index n = 0; n < mesh_.nodes(); ++n) {
       HostState& s = state_.s;
       s.node_velocity[n] = arr(vec(s.node_velocity[n]) + dt_ * inverse_node_mass(state_, n) * force_[n]);
-      if (mesh_.pinned[n]) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - force_[n]);
+      if (mesh_.is_fixed(n)) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - force_[n]);
     }
   }
 

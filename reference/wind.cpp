@@ -76,7 +76,7 @@ void wind(ReferenceState& state, const StepInfo& info, StepReport&) {
     const Vectors impulse = impulses_on_cloth(state, air, info.dt);
     for (Index n = 0; n < s.node_count(); ++n) {
       s.node_velocity[n] = arr(vec(s.node_velocity[n]) + inverse_node_mass(state, n) * impulse[n]);
-      if (m.mesh.pinned[n]) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - impulse[n] / info.dt);
+      if (m.mesh.is_fixed(n)) s.node_pin_force[n] = arr(vec(s.node_pin_force[n]) - impulse[n] / info.dt);
     }
   }
   if (m.scene.wind.liquid_drag > 0) drag_liquid(state, air, info.dt);

@@ -93,6 +93,7 @@ Pins pinned_nodes(const ClothScene& cloth, const PlacedMesh& placed, const std::
 /// A motion of its own for each node whose pin follows a sequence of files.
 void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins, const Weld& weld) {
   const std::size_t first = model.mesh.rest_position.size() - pins.entry.size();
+  std::vector<std::uint8_t>& baked = model.mesh.baked;
   const std::vector<Vec3> rest(model.mesh.rest_position.begin() + static_cast<std::ptrdiff_t>(first),
                                model.mesh.rest_position.end());
   for (std::size_t entry = 0; entry < cloth.pins.size(); ++entry) {
@@ -102,6 +103,8 @@ void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins, c
     for (std::size_t n = 0; n < rest.size(); ++n) {
       if (pins.entry[n] != static_cast<Index>(entry)) continue;
       model.mesh.pin_motion[first + n] = static_cast<Index>(model.pin_motions.size());
+      baked.resize(model.mesh.rest_position.size(), 0);
+      baked[first + n] = cloth.dynamics && model.mesh.pinned[first + n];
       PinMotion motion;
       motion.center = rest[n];
       motion.path = paths[n];

@@ -96,6 +96,7 @@ struct ClothMesh {
   std::vector<Index> pin_motion;  // per node: index into Model::pin_motions, −1 if it has none; empty if no pin moves
   std::vector<double> pin_stiffness;  // per node, N/m: of soft pins, whose nodes are not `pinned`; empty without them
   std::vector<Index> pin_entry;       // per node: which of its cloth's `pin` entries holds it, −1: none
+  std::vector<std::uint8_t> baked;    // 1: pinned to a sequence of files; nodes beyond its end are not
   // node → constraint rows; an item is edge id (stitches follow the edges), or 4·hinge + corner
   Rows node_edges;
   Rows node_hinges;
@@ -105,6 +106,12 @@ struct ClothMesh {
   double soft_pin(Index n) const {
     const auto k = static_cast<std::size_t>(n);
     return pin_stiffness.empty() || pinned[k] || pin_motion[k] < 0 ? 0 : pin_stiffness[k];
+  }
+  /// Has the node no velocity but its pin's? Of baked cloth only the cloth's own stages hold the nodes
+  /// (docs/theory/cloth.md, section 7).
+  bool is_fixed(Index n) const {
+    const auto k = static_cast<std::size_t>(n);
+    return pinned[k] && (k >= baked.size() || !baked[k]);
   }
   Index triangles() const { return static_cast<Index>(triangle.size()); }
   /// The node that stands for all that this one is sewn to.

@@ -34,8 +34,8 @@ struct Nodes {
   DRENCH_NODE_FIELDS(DRENCH_FIELD)
 #undef DRENCH_FIELD
   // constant
-  Field<Real> solid_mass;  // kg
-  Field<std::uint8_t> pinned;
+  Field<Real> solid_mass;             // kg
+  Field<std::uint8_t> pinned, fixed;  // fixed: ClothMesh::is_fixed
   Field<Index> cloth;
   Field<Index> material;                   // of Cloth::materials; empty: as `cloth`
   Field<double> capacity;                  // C_n, kg
@@ -57,7 +57,7 @@ struct Nodes {
   static constexpr std::array<double, 2> not_placed{-1, 0};
   std::array<double, 2> pins_placed = not_placed;  // time and length (s) of the step that Cloth::pin_steps is of
   // derived
-  Field<Real> inverse_mass;  // u_n, 1/kg; 0 if pinned (refresh_inverse_mass)
+  Field<Real> inverse_mass;  // u_n, 1/kg; 0 if fixed (refresh_inverse_mass)
   Field<Real3> force;        // f_n, N: what the stage that runs does to the node
   Field<Real> film_pull;   // (g·n)² of a film, m²/s⁴, at_hem at hems (stage porous_neighbors); empty without films
   Field<Real> clearance;   // m: the least one from solids (stage cloth); empty without solids
@@ -179,7 +179,7 @@ void refresh_inverse_mass(const Constants& constants,
 void node_forces_from_samples(Cloth& cloth);  // nodes.force = Σ w F_b from samples.force
 /// nodes.row_bound = u_n Σ_b w_bn c_b from a number c_b of each sample.
 void node_bounds_from_samples(const char* label, Cloth& cloth, const Entries<const Real>& of_sample);
-/// v_n += Δt u_n f_n, and pin_force −= f_n on pinned nodes.
+/// v_n += Δt u_n f_n, and pin_force −= f_n on fixed nodes.
 void apply_node_forces(Cloth& cloth, Real dt);
 
 }  // namespace drench::kokkos_backend

@@ -121,6 +121,9 @@ void make_nodes(const Model& m, Nodes& n, Mesh& of_mesh) {
   n.count = mesh.nodes();
   n.solid_mass = to_device<Real>("drench::node_solid_mass", mesh.solid_mass);
   n.pinned = to_device<std::uint8_t>("drench::node_pinned", mesh.pinned);
+  std::vector<std::uint8_t> fixed;
+  for (Index k = 0; k < mesh.nodes(); ++k) fixed.push_back(mesh.is_fixed(k));
+  n.fixed = to_device<std::uint8_t>("drench::node_fixed", fixed);
   n.cloth = to_device<Index>("drench::node_cloth", mesh.node_cloth);
   if (m.has_regions()) n.material = to_device<Index>("drench::node_material", mesh.node_material);
   n.edge_start = to_device<Index>("drench::node_edge_start", mesh.node_edges.start);
@@ -156,7 +159,7 @@ double node_bytes(const Sizing& m) {
   if (needed) node += m.entry<host_type>();
   DRENCH_NODE_FIELDS(DRENCH_BYTES)
 #undef DRENCH_BYTES
-  node += r + 1 + index_bytes + double_bytes;  // solid_mass, pinned, cloth, capacity
+  node += r + 2 + index_bytes + double_bytes;  // solid_mass, pinned, fixed, cloth, capacity
   node += 3 * index_bytes + 7 * r;             // edge_start, hinge_start, link_start; inverse_mass, force, predicted
   // capacity_quanta, max_quanta, weight_sum, sample_start, row_bound
   if (m.size.samples > 0) node += 2 * quanta_bytes + double_bytes + index_bytes + r;

@@ -82,12 +82,11 @@ void refresh_inverse_mass(const Constants& constants, Cloth& cloth) {
   const Entries<Real> u = cloth.nodes.inverse_mass;
   const Entries<const Real> solid = cloth.nodes.solid_mass;
   const Entries<const Quanta> liquid = cloth.nodes.liquid;
-  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
+  const Entries<const std::uint8_t> fixed = cloth.nodes.fixed;
   const double q = constants.quantum;
   parallel(
-      "drench::nodes::inverse_mass", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        u(n) = pinned(n) ? Real(0) : Real(1) / (solid(n) + Real(double(liquid(n)) * q));
-      });
+      "drench::nodes::inverse_mass", cloth.nodes.count,
+      KOKKOS_LAMBDA(const Index n) { u(n) = fixed(n) ? Real(0) : Real(1) / (solid(n) + Real(double(liquid(n)) * q)); });
 }
 
 void node_forces_from_samples(Cloth& cloth) {
@@ -121,10 +120,10 @@ void apply_node_forces(Cloth& cloth, Real dt) {
   const Entries<const Real3> f = cloth.nodes.force;
   const Entries<Real3> v = cloth.nodes.velocity, pin = cloth.nodes.pin_force;
   const Entries<const Real> u = cloth.nodes.inverse_mass;
-  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
+  const Entries<const std::uint8_t> fixed = cloth.nodes.fixed;
   parallel(
       "drench::nodes::apply_force", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
-        if (pinned(n))
+        if (fixed(n))
           pin(n) -= f(n);
         else
           v(n) += dt * u(n) * f(n);

@@ -183,10 +183,12 @@ struct Collision {
       add_fixed(impulse, c.node[k], times(scale, j));
     }
   }
+  /// 1/kg; 0 if pinned, also to files.
+  KOKKOS_INLINE_FUNCTION double inverse_free_mass(Index n) const { return pinned(n) ? 0.0 : double(inverse_mass(n)); }
   /// Adds a node's impulses to its velocity and clears the sums.
   KOKKOS_INLINE_FUNCTION void apply_impulses(Index n) const {
     if (share(n) == 0) return;
-    const double unit = momentum_unit * double(inverse_mass(n));
+    const double unit = momentum_unit * inverse_free_mass(n);
     const Double3 p{double(impulse(3 * n)), double(impulse(3 * n + 1)), double(impulse(3 * n + 2))};
     place(n, add(velocity_of(n), times(unit, p)));
     for (int a = 0; a < 3; ++a) impulse(3 * n + a) = 0;
@@ -257,7 +259,7 @@ struct FindContact {
     for (int k = 0; k < 4; ++k) {
       c.node[k] = pair.node[k];
       c.b[k] = near.b[k];
-      const double each = c.b[k] * double(s.inverse_mass(c.node[k]));
+      const double each = c.b[k] * s.inverse_free_mass(c.node[k]);
       c.mobility[k] = c.b[k] * each;
       moves += c.mobility[k];
       most = larger(most, Kokkos::abs(each));

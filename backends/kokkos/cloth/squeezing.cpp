@@ -43,6 +43,10 @@ struct Squeezing {
         pair(work.pair),
         unit(force_unit) {}
 
+  /// 1/kg; 0 if pinned, also to files.
+  KOKKOS_INLINE_FUNCTION double inverse_free_mass(Index n) const {
+    return cloth.pinned(n) ? 0.0 : double(inverse_mass(n));
+  }
   /// `own` and what the other layers do to a node, N.
   KOKKOS_INLINE_FUNCTION Double3 with_layers(const Double3& own, Index n) const {
     const Double3 pushed{double(push(3 * n)), double(push(3 * n + 1)), double(push(3 * n + 2))};
@@ -50,14 +54,14 @@ struct Squeezing {
   }
   /// Its acceleration, which the first solid that it touches stops.
   KOKKOS_INLINE_FUNCTION void accelerate(Index n) const {
-    const Double3 a = times(double(inverse_mass(n)), with_layers(smooth(n), n)), normal = wall(n);
+    const Double3 a = times(inverse_free_mass(n), with_layers(smooth(n), n)), normal = wall(n);
     const double into = inner(a, normal);
     acceleration(n) = into < 0 ? minus(a, times(into, normal)) : a;
   }
   KOKKOS_INLINE_FUNCTION void find_force(Index n, const Real3& gravity) const {
     if (n == 0) count(0) = 0;
     const auto at_rest = [](Index) { return Real3{}; };
-    const Real mass = inverse_mass(n) > 0 ? 1 / inverse_mass(n) : cloth.mass(n);  // without a soft pin's share
+    const Real mass = cloth.pinned(n) ? cloth.mass(n) : 1 / inverse_mass(n);  // without a soft pin's share
     pull(n) = smooth(n) = widen(cloth.elastic_force(n, at_rest) + mass * gravity + soft.force(n, cloth.start(n)));
     const NodeTerms t = cloth.terms(n);
     Double3 normal;
@@ -98,7 +102,7 @@ struct Squeezing {
     PressedPair& c = pair(k);
     double inverse = 0;
     for (int i = 0; i < 4 && c.missing != 0; ++i)
-      inverse += c.b[i] * c.b[i] * double(share(c.node[i])) * double(inverse_mass(c.node[i]));
+      inverse += c.b[i] * c.b[i] * double(share(c.node[i])) * inverse_free_mass(c.node[i]);
     const double after = inverse > 0 ? larger(0.0, c.applied + c.missing / inverse) : c.applied;
     apply(c, larger(0.0, after + momentum * (after - c.force)));
     c.force = after;

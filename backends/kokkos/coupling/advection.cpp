@@ -162,7 +162,7 @@ void exchange_impulses(const Constants& constants, Fluid& fluid, const Cloth& cl
 /// v_n += u_n p_n, and what pins hold against; the sums are zero again for the next step.
 void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& work, double dt) {
   const Entries<Real3> velocity = cloth.nodes.velocity, pin_force = cloth.nodes.pin_force;
-  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
+  const Entries<const std::uint8_t> fixed = cloth.nodes.fixed;
   const Entries<const Real> inverse_mass = cloth.nodes.inverse_mass;
   const Entries<std::int64_t> momentum = work.momentum;
   const Entries<Index> hits = work.hits;
@@ -173,7 +173,7 @@ void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& wor
         const Double3 p{static_cast<double>(momentum(3 * n)), static_cast<double>(momentum(3 * n + 1)),
                         static_cast<double>(momentum(3 * n + 2))};
         velocity(n) = narrow(add(widen(velocity(n)), times(unit * static_cast<double>(inverse_mass(n)), p)));
-        if (pinned(n)) pin_force(n) = narrow(minus(widen(pin_force(n)), times(unit / dt, p)));
+        if (fixed(n)) pin_force(n) = narrow(minus(widen(pin_force(n)), times(unit / dt, p)));
         for (Index a = 0; a < 3; ++a) momentum(3 * n + a) = 0;
         hits(n) = 0;
         if (n == 0) near_count() = 0;

@@ -20,7 +20,7 @@ struct MoveCloth {
   Entries<const Real3> start;
   Entries<Real3> position, velocity;
   Entries<const Real3> contact_force;
-  Entries<const std::uint8_t> pinned;
+  Entries<const std::uint8_t> pinned, fixed;
   Entries<const Index> triangle;
   Entries<const Real> rest, solid_mass, kept;  // kept: Nodes::clearance
   Entries<Real> inverse_mass;
@@ -69,7 +69,7 @@ struct MoveCloth {
   /// Returns its displacement, m.
   KOKKOS_INLINE_FUNCTION Real3 move(Index n) const {
     const Real3 x = start(n);
-    inverse_mass(n) = pinned(n) ? Real(0) : Real(1) / (solid_mass(n) + Real(double(liquid(n)) * quantum));
+    inverse_mass(n) = fixed(n) ? Real(0) : Real(1) / (solid_mass(n) + Real(double(liquid(n)) * quantum));
     if (pinned(n)) {
       position(n) = x;
       if (!pins.moves(n)) return {};
@@ -128,6 +128,7 @@ void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bo
                        cloth.nodes.velocity,
                        std::as_const(cloth).nodes.contact_force,
                        cloth.nodes.pinned,
+                       cloth.nodes.fixed,
                        cloth.mesh.triangle,
                        cloth.mesh.rest_metric,
                        cloth.nodes.solid_mass,

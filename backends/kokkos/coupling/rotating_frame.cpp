@@ -47,12 +47,12 @@ void turn_cloth(const Turning& turning, const Constants& constants, Cloth& cloth
   const Entries<Real3> velocity = cloth.nodes.velocity, pin_force = cloth.nodes.pin_force;
   const Entries<const Real> solid = cloth.nodes.solid_mass;
   const Entries<const Quanta> liquid = cloth.nodes.liquid;
-  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
+  const Entries<const std::uint8_t> fixed = cloth.nodes.fixed;
   const Real quantum = Real(constants.quantum);
   parallel(
       "drench::rotating_frame::cloth", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Real3 change = turning.change(x(n), velocity(n));
-        if (pinned(n))  // Eq. 3
+        if (fixed(n))  // Eq. 3
           pin_force(n) -= (solid(n) + quantum * Real(liquid(n))) / dt * change;
         else
           velocity(n) += change;

@@ -93,10 +93,10 @@ void accept_free_cloth(Cloth& cloth) {
   const Entries<Real3> vn = cloth.nodes.velocity, pin = cloth.nodes.pin_force;
   const Nodes& nodes = cloth.nodes;
   const Entries<const Real3> predicted = nodes.predicted, f = nodes.force;
-  const Entries<const std::uint8_t> pinned = nodes.pinned;
+  const Entries<const std::uint8_t> fixed = nodes.fixed;
   parallel(
       "drench::pressure::accept_nodes", nodes.count, KOKKOS_LAMBDA(const Index n) {
-        if (pinned(n))
+        if (fixed(n))
           pin(n) -= f(n);
         else
           vn(n) = predicted(n);

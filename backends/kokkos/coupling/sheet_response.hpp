@@ -39,7 +39,7 @@ struct NodeTargets {
   }
 };
 void load_elastic_cloth(const SheetLoad& load, Cloth& cloth, const NodeTargets& targets);
-/// v_n = nodes.predicted, pin_force −= f_n on pinned nodes.
+/// v_n = nodes.predicted, pin_force −= f_n on fixed nodes.
 void accept_free_cloth(Cloth& cloth);
 
 }  // namespace drench::kokkos_backend

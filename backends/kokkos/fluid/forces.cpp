@@ -214,12 +214,12 @@ void node_stage(Cloth& cloth, ForcesWork& work, const LegendreStage& stage, Real
   const Entries<Real3> change = work.impulse_change, v = cloth.nodes.velocity, pin = cloth.nodes.pin_force;
   const Entries<const Real3> f = cloth.nodes.force;
   const Entries<const Real> u = cloth.nodes.inverse_mass;
-  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
+  const Entries<const std::uint8_t> fixed = cloth.nodes.fixed;
   parallel(
       "drench::forces::node_stage", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Real3 next = stage.keep * change(n) + stage.weight * f(n);
         change(n) = next;
-        if (pinned(n))
+        if (fixed(n))
           pin(n) -= (1 / dt) * next;
         else
           v(n) += u(n) * next;

@@ -234,12 +234,12 @@ void push_nodes(const Constants& constants, const Cloth& cloth, DiffusionWork& d
   const Entries<const std::int64_t> momentum = work.momentum;
   const Entries<const Quanta> liquid = cloth.nodes.liquid;
   const Entries<const Real> solid = cloth.nodes.solid_mass;
-  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
+  const Entries<const std::uint8_t> fixed = cloth.nodes.fixed;
   const double q = constants.quantum, unit = constants.quantum / work.momentum_scale;
   parallel(
       "drench::contact_wicking::velocity", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const double mass = double(solid(n)) + q * double(liquid(n));
-        if (pinned(n) || !(mass > 0)) return;
+        if (fixed(n) || !(mass > 0)) return;
         const double scale = unit / mass;
         v(n) = add(v(n), {scale * double(momentum(3 * n)), scale * double(momentum(3 * n + 1)),
                           scale * double(momentum(3 * n + 2))});

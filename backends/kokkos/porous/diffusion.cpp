@@ -261,7 +261,7 @@ void transfer(const Constants& constants, Cloth& cloth, DiffusionWork& work, boo
   const Entries<Double3> next = work.next_velocity;
   const Entries<Real3> velocity = cloth.nodes.velocity;
   const Entries<const Real> solid = cloth.nodes.solid_mass;
-  const Entries<const std::uint8_t> pinned = cloth.nodes.pinned;
+  const Entries<const std::uint8_t> fixed = cloth.nodes.fixed;
   const double q = constants.quantum;
   gather_rows<Received>(
       "drench::diffusion::transfer", cloth.nodes.count, start,
@@ -278,7 +278,7 @@ void transfer(const Constants& constants, Cloth& cloth, DiffusionWork& work, boo
         liquid(n) += sum.gain;
         if (!with_momentum) return;
         const double mass = double(solid(n)) + q * double(liquid(n));
-        const Double3 after = pinned(n) || !(mass > 0) ? v(n) : add(v(n), times(q / mass, sum.push));
+        const Double3 after = fixed(n) || !(mass > 0) ? v(n) : add(v(n), times(q / mass, sum.push));
         if (give_velocity)
           velocity(n) = narrow(after);
         else

@@ -205,7 +205,7 @@ struct Delivery {
   Entries<Quanta> liquid;
   Entries<Real3> velocity, pin_force;
   Entries<const Real> solid;
-  Entries<const std::uint8_t> pinned;
+  Entries<const std::uint8_t> fixed;
   double q, unit, inverse_dt;
 
   Delivery(const Constants& constants, TransferWork& work, Cloth& cloth, double dt)
@@ -215,7 +215,7 @@ struct Delivery {
         velocity(cloth.nodes.velocity),
         pin_force(cloth.nodes.pin_force),
         solid(cloth.nodes.solid_mass),
-        pinned(cloth.nodes.pinned),
+        fixed(cloth.nodes.fixed),
         q(constants.quantum),
         unit(constants.quantum / momentum_steps),
         inverse_dt(1 / dt) {}
@@ -235,7 +235,7 @@ struct Delivery {
   /// Node n has lost `more` quanta beyond those whose momentum went along: it keeps their momentum.
   KOKKOS_INLINE_FUNCTION void keep_momentum(const Index n, double more) const {
     const double mass = double(solid(n)) + q * double(liquid(n));
-    if (more == 0 || pinned(n) || !(mass > 0)) return;
+    if (more == 0 || fixed(n) || !(mass > 0)) return;
     const double factor = 1 + q * more / mass;
     const Real3 v = velocity(n);
     velocity(n) = {Real(factor * double(v.x)), Real(factor * double(v.y)), Real(factor * double(v.z))};
@@ -244,7 +244,7 @@ struct Delivery {
     const double gained = q * double(in.gain);
     const double before = double(solid(n)) + q * double(liquid(n)), after = before + gained;
     const Real3 v = velocity(n);
-    if (pinned(n)) {
+    if (fixed(n)) {
       const Double3 brought{unit * in.px, unit * in.py, unit * in.pz};
       const Double3 push = times(inverse_dt, minus(brought, times(gained, widen(v))));
       pin_force(n) = narrow(minus(widen(pin_force(n)), push));
