@@ -1,5 +1,6 @@
 // A cloth whose motion is finished: all of its nodes follow a sequence of files, and it takes up liquid.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +8,7 @@
 
 #include "drench/drench.hpp"
 #include "run_program.hpp"
+#include "setup/build.hpp"
 #include "state/mass_budget.hpp"
 
 namespace drench::test {
@@ -21,12 +23,14 @@ Vec3 swaying(int i, int j, int file) {
   return {x + 0.02 * std::sin(10 * t), 0.01 * std::sin(20 * t + 15 * x), z};
 }
 
-std::string sheet(int file) {
+/// A sheet whose nodes are where `place(i, j)` puts them.
+template <class Place>
+std::string sheet_of(const Place& place) {
   std::string text;
   for (int i = 0; i < side; ++i)
     for (int j = 0; j < side; ++j) {
-      const Vec3 x = swaying(i, j, file);
-      text += "v " + std::to_string(x[0]) + " " + std::to_string(x[1]) + " " + std::to_string(x[2]) + "\n";
+      const Vec3 x = place(i, j);
+      text += fmt::format("v {:.9g} {:.9g} {:.9g}\n", x[0], x[1], x[2]);
     }
   for (int i = 0; i + 1 < side; ++i)
     for (int j = 0; j + 1 < side; ++j) {
@@ -35,6 +39,91 @@ std::string sheet(int file) {
               std::to_string(a + side) + "\n";
     }
   return text;
+}
+
+std::string sheet(int file) {
+  return sheet_of([&](int i, int j) { return swaying(i, j, file); });
+}
+
+/// A drop that falls onto a sheet, with the pins of the sheet.
+Scene drop_on(const std::string& mesh, const std::string& pins) {
+  return parse_scene(R"(drench: 1
+time: {step: 0.004, end: 0.3}
+domain: {min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}
+fluid:
+  spacing: 0.02
+  sources:
+    - block: {min: [-0.06, 0.03, -0.06], max: [0.06, 0.09, 0.06], velocity: [0, -1, 0]}
+cloth:
+  - mesh: {file: ")" + mesh +
+                         R"("}
+    clean: off
+    areal_density: 0.2
+    stretch: 300
+    pin: [)" + pins + R"(]
+    porous: {absorption: 0.02}
+)",
+                     "drop.yaml");
+}
+
+Vec3 momentum(const Model& m, const HostState& s) {
+  Vec3 sum{0, 0, 0};
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t i = 0; i < s.fluid_mass.size(); ++i)
+      sum[a] += m.quantum * static_cast<double>(s.fluid_mass[i]) * s.fluid_velocity[i][a];
+    for (std::size_t n = 0; n < s.node_liquid.size(); ++n)
+      sum[a] += (m.mesh.solid_mass[n] + m.quantum * static_cast<double>(s.node_liquid[n])) * s.node_velocity[n][a];
+  }
+  return sum;
+}
+
+TEST(baked_cloth, takes_up_as_much_as_cloth_that_moves_the_same_way_by_itself) {
+  const TempFolder folder;
+  const auto file = [&](int k) { return (folder.path() / fmt::format("sheet_{:02d}.obj", k)).string(); };
+  const auto write = [&](int k, const HostState& s) {
+    write_text(file(k),
+               sheet_of([&](int i, int j) { return s.node_position[static_cast<std::size_t>(i * side + j)]; }));
+  };
+  write_text(file(0), sheet_of([](int i, int j) { return Vec3{0.025 * i - 0.1, 0, 0.025 * j - 0.1}; }));
+  Simulation free(drop_on(file(0), "{nodes: [0, 8, 72, 80]}"));
+  std::vector<double> taken;
+  for (int k = 1; free.time() < 0.3 - 1e-9; ++k) {
+    taken.push_back(static_cast<double>(free.step().mass_cloth));
+    write(k, free.state());
+  }
+  Simulation baked(drop_on(file(0), "{box: {min: [-9, -9, -9], max: [9, 9, 9]}, fps: 250, sequence: \"" +
+                                        (folder.path() / "sheet_*.obj").string() + "\"}"));
+  for (const double expected : taken) {
+    const double actual = static_cast<double>(baked.step().mass_cloth);
+    if (expected < 0.1 * taken.back()) continue;
+    EXPECT_NEAR(actual / expected, 1, 0.01) << baked.time();
+  }
+}
+
+TEST(baked_cloth, gives_to_its_pins_what_the_liquid_gives_to_it) {
+  const TempFolder folder;
+  for (int k = 0; k < files; ++k) write_text(folder.path() / fmt::format("sheet_{:02d}.obj", k), sheet(k));
+  const Scene scene = drop_on((folder.path() / "sheet_00.obj").string(),
+                              "{box: {min: [-9, -9, -9], max: [9, 9, 9]}, fps: 250, sequence: \"" +
+                                  (folder.path() / "sheet_*.obj").string() + "\"}");
+  const Model model = build(scene).model;
+  Simulation run(scene);
+  HostState before = run.state();
+  while (run.time() < 0.2 - 1e-9) {
+    const Vec3 start = momentum(model, before);
+    const double dt = run.step().dt;
+    const HostState after = run.state();
+    const Vec3 end = momentum(model, after);
+    for (std::size_t a = 0; a < 3; ++a) {
+      double force = 0, mass = 0, largest = 0;
+      for (const Vec3& f : after.node_pin_force) force += f[a], largest += std::fabs(f[a]);
+      for (const double m : model.mesh.solid_mass) mass += m;
+      mass += model.quantum * static_cast<double>(liquid_budget(after));
+      const double gained = dt * (force + mass * scene.gravity[a]);
+      EXPECT_NEAR(end[a] - start[a], gained, 1e-4 * dt * (largest + 9.81 * mass)) << run.time() << " " << a;
+    }
+    before = after;
+  }
 }
 
 TEST(baked_cloth, takes_up_liquid_along_its_way) {
