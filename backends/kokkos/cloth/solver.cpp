@@ -222,6 +222,10 @@ void expand_wet_cloth(const Constants& constants, Cloth& cloth) {
       });
 }
 
+bool has_free_node(const ClothMesh& mesh) {
+  return std::find(mesh.pinned.begin(), mesh.pinned.end(), std::uint8_t{0}) != mesh.pinned.end();
+}
+
 }  // namespace
 
 ClothSystem weigh_cloth(const Constants& constants, const Bodies& bodies, Cloth& cloth, ClothSolverWork& solver,
@@ -245,7 +249,12 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
       tolerance_(constants.model.scene.cloth_solver.tolerance),
       floor_(rounding * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
              static_cast<double>(cloth.mesh.mean_edge)),
-      resident_(method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
+      solves_(has_free_node(constants.model.mesh)),
+      resident_(solves_ && method_ == ClothMethod::pd && prepare_resident_cloth(constants, cloth, solver, system_)) {
+  if (!solves_) {
+    progress_.residual = 0;
+    return;
+  }
   newton_ = method_ == ClothMethod::pd && constants.model.cloth_engine == ClothEngine::own &&
             prepare_newton(cloth, solver, system_, constants.model.cloth_pushes_bodies());
   progress_.ends_at_stall = method_ == ClothMethod::pd && constants.model.cloth_engine != ClothEngine::reference;
@@ -261,6 +270,7 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
 }
 
 void ClothIteration::run(int most) {
+  if (!solves_) return;
   if (resident_) {
     const bool first = !under_way_ && progress_.iterations == 0;
     run_resident_cloth(solver_, system_, cloth_.nodes.count, first ? &progress_ : nullptr, most, tolerance_, floor_);

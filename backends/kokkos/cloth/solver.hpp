@@ -429,8 +429,9 @@ class ClothIteration {
   ClothMethod method_;
   double tolerance_, floor_;
   ClothProgress progress_;
+  bool solves_;                        // false: all nodes are pinned
   bool resident_, under_way_ = false;  // resident: see below
-  bool newton_;
+  bool newton_ = false;
   bool has_failed_ = false;  // a call of Newton's method in this solve
 };
 
