@@ -4,12 +4,14 @@
 #include <cmath>
 
 #include "core/host_copy.hpp"
+#include "core/host_parallel.hpp"
 #include "state/keyed_motion.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
 
 using Matrix = std::array<Vec3, 3>;  // rows
+constexpr Matrix one{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
 /// Rodrigues: cos θ 1 + sin θ [k]× + (1 − cos θ) k kᵀ.
 Matrix rotation(const Vec3& k, double angle) {
@@ -57,7 +59,6 @@ PinStep packed(const Vec3& center, const Matrix& first, const Matrix& last, cons
 
 /// Of pins that follow a body.
 PinStep step_with(const Body& body, const PinMotion& m, double from, double to) {
-  constexpr Matrix one{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   const Vec3 before = way_at(body, from), way = way_at(body, to);
   Vec3 offset, move;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -70,6 +71,7 @@ PinStep step_with(const Body& body, const PinMotion& m, double from, double to) 
 PinStep step_of(const PinMotion& m, double from, double to) {
   const double begun = std::clamp(from, m.start, m.end) - m.start, done = std::clamp(to, m.start, m.end) - m.start;
   const auto turned = [&](double since) {
+    if (m.rate.is_zero()) return after(one, m.rotated);
     const double angle = m.rate.has_keys() ? m.rate.integral(m.start, m.start + since) : m.rate.plain() * since;
     return after(rotation(m.axis, angle), m.rotated);
   };
@@ -125,13 +127,17 @@ void place_pins(const Constants& constants, Cloth& cloth, const StepInfo& info) 
   if (!constants.model.has_moving_pins()) return;
   if (cloth.nodes.pins_placed == std::array{info.time, info.dt}) return;
   cloth.nodes.pins_placed = {info.time, info.dt};
-  std::vector<PinStep> steps;
-  for (const PinMotion& m : constants.model.pin_motions) {
-    steps.push_back(m.body < 0 ? step_of(m, info.time, info.time + info.dt)
-                               : step_with(constants.model.bodies[static_cast<std::size_t>(m.body)], m, info.time,
-                                           info.time + info.dt));
-    steps.back().holds = m.holds(info.time, info.dt) ? 1 : 0;
-  }
+  const std::vector<PinMotion>& motions = constants.model.pin_motions;
+  std::vector<PinStep> steps(motions.size());
+  // One a node where they follow files.
+  host_parallel("drench::cloth::pin_steps", static_cast<Index>(steps.size()), [&](const Index k) {
+    const PinMotion& m = motions[static_cast<std::size_t>(k)];
+    PinStep& step = steps[static_cast<std::size_t>(k)];
+    step = m.body < 0
+               ? step_of(m, info.time, info.time + info.dt)
+               : step_with(constants.model.bodies[static_cast<std::size_t>(m.body)], m, info.time, info.time + info.dt);
+    step.holds = m.holds(info.time, info.dt) ? 1 : 0;
+  });
   if (cloth.pin_steps.extent(0) != steps.size()) cloth.pin_steps = Array<PinStep>("drench::pin_steps", steps.size());
   copy_now(cloth.pin_steps,
            Kokkos::View<PinStep*, Kokkos::HostSpace, Kokkos::MemoryUnmanaged>(steps.data(), steps.size()));
