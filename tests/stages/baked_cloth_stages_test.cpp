@@ -1,4 +1,5 @@
-// Cloth whose nodes follow files: what liquid and air do to it between the cloth's own stages (docs/theory/cloth.md, 7).
+// Cloth whose nodes follow files: what liquid and air do to it between the cloth's own stages (docs/theory/cloth.md,
+// 7).
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -49,8 +50,8 @@ TEST(baked_cloth_stages, change_its_velocity_as_in_the_reference) {
     compare_stage({.stage = stage, .scene = scene, .prepare = prepare, .changes = changes});
   };
   const auto as_it_is = [](const Model&, HostState&) {};
-  for (const Stage stage : {Stage::divergence, Stage::forces, Stage::surface_tension, Stage::wind, Stage::absorption,
-                            Stage::diffusion})
+  for (const Stage stage :
+       {Stage::divergence, Stage::forces, Stage::surface_tension, Stage::wind, Stage::absorption, Stage::diffusion})
     compare(stage, "node_velocity", as_it_is);
   compare(Stage::advection, "node_velocity", [](const Model&, HostState& s) {
     for (Vec3& v : s.fluid_velocity) v[1] -= 4;
@@ -61,9 +62,10 @@ TEST(baked_cloth_stages, change_its_velocity_as_in_the_reference) {
 }
 
 TEST(baked_cloth_stages, turn_it_with_a_frame_as_in_the_reference) {
-  compare_stage({.stage = Stage::rotating_frame,
-                 .scene = baked_scene() + "rotating_frame: {axis: [0, 1, 0], degrees_per_second: [[0, 50], [0.2, 90]]}\n",
-                 .changes = "node_velocity"});
+  compare_stage(
+      {.stage = Stage::rotating_frame,
+       .scene = baked_scene() + "rotating_frame: {axis: [0, 1, 0], degrees_per_second: [[0, 50], [0.2, 90]]}\n",
+       .changes = "node_velocity"});
 }
 
 TEST(baked_cloth_stages, leave_the_nodes_of_other_pins_alone) {
