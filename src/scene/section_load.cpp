@@ -414,6 +414,18 @@ std::string LoadSection::place_of_key(const std::string& key) const {
   return "";
 }
 
+/// The first of some words, as many as fit in a line.
+std::string first_words(const std::vector<std::string>& words) {
+  constexpr std::size_t most = 220;  // bytes
+  std::string line;
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    if (line.size() + words[k].size() > most)
+      return line + fmt::format(" and {} more (drench schema)", words.size() - k);
+    line += (k > 0 ? ", " : "") + words[k];
+  }
+  return line;
+}
+
 void LoadSection::check_known() const {
   for (const yaml::Entry& entry : map_.entries) {
     if (std::find(known_.begin(), known_.end(), entry.key) != known_.end()) continue;
@@ -424,7 +436,7 @@ void LoadSection::check_known() const {
     const std::string guess = nearest_word(entry.key, known_), place = place_of_key(entry.key);
     const std::string hint = !place.empty()   ? fmt::format("did you mean {}?", place)
                              : !guess.empty() ? fmt::format("did you mean '{}'?", guess)
-                                              : fmt::format("allowed: {}", fmt::join(known_, ", "));
+                                              : "allowed: " + first_words(known_);
     throw SceneError(entry.place.text(), fmt::format("{}: unknown key {} in {}; {}", path_of(entry.key.substr(0, 64)),
                                                      shown_key.shown(), path_.empty() ? "the scene" : path_, hint));
   }

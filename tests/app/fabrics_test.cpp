@@ -306,7 +306,8 @@ TEST(Fabrics, AResolvedSceneSaysHowEachValueIsKnown) {
   };
   has("    areal_density: 0.187  # kg/m², fabric cotton_interlock, measured");
   has("    thickness: 0.0011  # m");
-  has("    membrane: {warp: 68.95, weft: 33.19, shear: 36.86, wet: 1}  # fabric cotton_interlock, derived");
+  has("    membrane: {warp: 68.95, weft: 33.19, shear: 36.86, wet: 1, warp_locking: 0, weft_locking: 0}  # fabric "
+      "cotton_interlock, derived");
   has("      diffusivity: 0.000125  # m²/s, fabric cotton_interlock, assumed: of sock_nylon");
   has("      diffusion_exponent: 5  # fabric cotton_interlock, assumed: of sock_nylon");
   has("          diffusivity: 0.000125  # m²/s, fabric denim_11oz, assumed: of sock_nylon");

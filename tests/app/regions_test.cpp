@@ -322,14 +322,15 @@ cloth:
     warp: [1, 0, 0]
     porous: {}
     regions:
-      - {group: hem, membrane: {warp: 901, weft: 451, shear: 91, wet: 0.6},
+      - {group: hem, membrane: {warp: 901, weft: 451, shear: 91, wet: 0.6, warp_locking: 0.3,
+            weft_locking: 0.4}, porous: {hygral_expansion: 0.02},
             bending: {warp: 3.0e-4, weft: 4.0e-4, twist: 5.0e-4}, warp: [1, 0, 1]}
       - {group: felt, fabric: none}
 )",
                                   (folder.path() / "scene.yaml").string());
   const RegionScene& hem = scene.cloths[0].regions.at(0);
   EXPECT_EQ(hem.group, "hem");
-  EXPECT_EQ(hem.material.membrane.value(), (MembraneScene{901, 451, 91, 0.6}));
+  EXPECT_EQ(hem.material.membrane.value(), (MembraneScene{901, 451, 91, 0.6, 0.3, 0.4}));
   EXPECT_EQ(hem.material.bending.value(), (PlateScene{3.0e-4, 4.0e-4, 5.0e-4}));
   EXPECT_EQ(scene.cloths[0].regions.at(1).material, scene.cloths[0].material);
   const Model m = build(scene).model;

@@ -118,7 +118,8 @@ std::string objection(const std::string& text, const Scene& scene) {
     if (key->second->type == "word" &&
         (", " + key->second->allowed + ",").find(", " + leaf.value->text + ",") == std::string::npos)
       return leaf.path + " is none of " + key->second->allowed;
-    // What a resolved scene leaves out or says in other words.
+    // What a resolved scene leaves out or says in other words: 0 m is `off`.
+    if (name == "cloth.N.clean" && as_number(leaf.value->text) == 0) continue;
     if (name == "preset" || name == "cloth.N.fabric") continue;
     if (key->second->type.starts_with("file") || key->second->type == "switch") continue;
     // The sources come out blocks first; pins without motion come out without it.
