@@ -24,6 +24,7 @@ constexpr double grip = 0.02;        // of that reach: overlaps up to this press
 constexpr double margin = 1e-3;      // of that reach: how far surfaces stay apart
 constexpr double removed = 0.2;      // of an overlap, per step
 constexpr double of_one_step = 0.5;  // of an overlap: where that much comes or goes in the step it presses nothing
+constexpr double at_rest = 4;        // × what gravity gives in a step: slower bodies rest
 constexpr int iterations = 50;       // without the last step's impulses, which a checkpoint would have to keep
 constexpr int most_corners = 256;    // of a hull whose faces are clipped against others
 constexpr double convex_excess = 0.01;  // of the volume, between a mesh and its hull
@@ -93,7 +94,8 @@ struct RigidContacts::World {
   };
 
   explicit World(const Model& model)
-      : extent_((to_eigen(model.scene.domain.max) - to_eigen(model.scene.domain.min)).norm()) {
+      : extent_((to_eigen(model.scene.domain.max) - to_eigen(model.scene.domain.min)).norm()),
+        gravity_(to_eigen(model.scene.gravity).norm()) {
     btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
     double reach = 1e300, mass = 1e300;
     for (const Body& b : model.bodies) {
@@ -201,8 +203,9 @@ struct RigidContacts::World {
   /// themselves, would become velocity that nothing has given them.
   void release_impacts(const std::vector<RigidMotion>& motion, double dt) {
     for_each_point([&](btManifoldPoint& p, const Point& point) {
+      const double speed = std::abs(point.approach(motion));
       const bool comes_or_goes =
-          point.overlap > 0 && std::abs(point.approach(motion)) * dt > of_one_step * point.overlap;
+          point.overlap > 0 && speed * dt > of_one_step * point.overlap && speed > at_rest * gravity_ * dt;
       p.m_contactERP = 0;
       if (comes_or_goes)
         p.m_contactPointFlags |= BT_CONTACT_FLAG_HAS_CONTACT_ERP;
@@ -501,7 +504,7 @@ struct RigidContacts::World {
     }
   }
 
-  double extent_, per_m_ = 1, per_kg_ = 1;
+  double extent_, gravity_, per_m_ = 1, per_kg_ = 1;  // m, m/s²
   btDefaultCollisionConfiguration configuration_{small_pools()};
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;

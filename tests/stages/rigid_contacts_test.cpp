@@ -114,7 +114,7 @@ TEST(rigid_contacts, bodies_bounce_by_their_restitution_whatever_they_overlap) {
         Dry dry(fmt::format("  - plane: {{point: [0, 0, 0], normal: [0, 1, 0], restitution: {}}}\n  - ", e) +
                 fmt::format(fmt::runtime(body), height, e, height + 0.06) + "\n");
         double hit = 0, left = 0;
-        for (int k = 0; k < 120; ++k) {
+        for (int k = 0; k < 200; ++k) {
           dry.step();
           hit = std::max(hit, -dry.velocity(1)[1]);
           left = std::max(left, dry.velocity(1)[1]);
