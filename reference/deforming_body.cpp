@@ -15,11 +15,12 @@ namespace {
 using Eigen::Vector3d;
 using Corners = std::array<Vector3d, 3>;
 
-/// The file before a time, none after the last one, and how far it is to the next, 1.
+/// The file before a time, the first one before it, and how far it is to the next, 1.
 std::pair<std::size_t, double> file_before(const Deformation& shape, double time) {
-  const double at = std::max(0.0, time * shape.fps), whole = std::floor(at);
-  if (whole >= static_cast<double>(shape.points.size() - 1)) return {shape.points.size() - 1, 0.0};
-  return {static_cast<std::size_t>(whole), at - whole};
+  std::size_t file = 0;
+  while (file + 1 < shape.time.size() && shape.time[file + 1] <= time) ++file;
+  if (file + 1 == shape.time.size()) return {file, 0.0};
+  return {file, std::max(0.0, time - shape.time[file]) / (shape.time[file + 1] - shape.time[file])};
 }
 
 Corners corners_of(const Body& body, const Vectors& values, Index triangle) {
@@ -72,9 +73,11 @@ Vectors shape_points(const Body& body, double time) {
 Vectors shape_velocities(const Body& body, double time) {
   const std::size_t file = file_before(body.shape, time).first;
   Vectors velocities(body.mesh_points.size(), Vector3d::Zero());
-  if (file + 1 == body.shape.points.size()) return velocities;
+  const std::vector<double>& times = body.shape.time;
+  if (file + 1 == times.size() || time < times.front()) return velocities;
   for (std::size_t n = 0; n < velocities.size(); ++n)
-    velocities[n] = body.shape.fps * (vec(body.shape.points[file + 1][n]) - vec(body.shape.points[file][n]));
+    velocities[n] =
+        (vec(body.shape.points[file + 1][n]) - vec(body.shape.points[file][n])) / (times[file + 1] - times[file]);
   return velocities;
 }
 

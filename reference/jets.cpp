@@ -79,7 +79,7 @@ class MovingMouth {
       if (!mouth_.directions.empty()) along = vec(mouth_.directions[file][p]);
       if (file + 1 < mouth_.points.size()) {
         const Vector3d step = vec(mouth_.points[file + 1][p]) - first;
-        velocity = mouth_.fps * step;
+        if (time >= mouth_.time.front()) velocity = step / (mouth_.time[file + 1] - mouth_.time[file]);
         x += part * step;
         if (!mouth_.directions.empty())
           along = ((1 - part) * along + part * vec(mouth_.directions[file + 1][p])).normalized();
@@ -102,11 +102,10 @@ class MovingMouth {
   Vector3d axis(double time) const { return vec(jet_.aim.at(time)).normalized(); }
 
   std::pair<std::size_t, double> file_at(double time) const {
-    const double at = time * mouth_.fps;
-    const auto last = mouth_.points.size() - 1;
-    if (!(at > 0)) return {0, 0.0};
-    if (at >= static_cast<double>(last)) return {last, 0.0};
-    return {static_cast<std::size_t>(at), at - std::floor(at)};
+    std::size_t file = 0;
+    while (file + 1 < mouth_.time.size() && mouth_.time[file + 1] <= time) ++file;
+    if (file + 1 == mouth_.time.size()) return {file, 0.0};
+    return {file, std::max(0.0, time - mouth_.time[file]) / (mouth_.time[file + 1] - mouth_.time[file])};
   }
 
   /// The first point up to which more of the flow leaves than before a place in particle q's part of it, another in

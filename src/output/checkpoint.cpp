@@ -195,6 +195,7 @@ void add_sequences(Checksum& sum, const Model& model) {
   for (std::size_t j = model.jets.size() - model.scene.fluid.mesh_jets.size(); j < model.jets.size(); ++j) {
     sum.add(model.jets[j].offsets);
     for (const std::vector<Vec3>& points : model.jets[j].mouth->points) sum.add(points);
+    add_keys(model.jets[j].mouth->time);
     add_keys(model.jets[j].mouth->area.keys());
   }
   for (const BlockScene& block : model.scene.fluid.blocks)
@@ -303,6 +304,7 @@ std::uint64_t geometry_of(const Model& model) {
     sum.add(body.mesh_points);
     sum.add(body.mesh_triangles);
     for (const std::vector<Vec3>& points : body.shape.points) sum.add(points);
+    sum.add(body.shape.time.data(), body.shape.time.size() * sizeof(double));
   }
   add_sequences(sum, model);
   return sum.value();

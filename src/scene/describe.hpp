@@ -62,8 +62,13 @@ void describe(Section& s, SpinScene& spin);
 
 /// Keys `unit` and `up` of a mesh file; saved where there is one.
 void describe_coordinates(Section& s, LengthUnit& unit, UpAxis& up, bool saved);
-/// Keys `sequence` and `fps`; saved where there is one.
-void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning, bool meshes = true);
+/// Keys `sequence` and `fps`; saved where there is one. Only a moving mesh may be a point cache.
+enum class SequenceOf { moving_mesh, surfaces, particles };
+void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning,
+                       SequenceOf of = SequenceOf::moving_mesh);
+/// The mesh of one that moves: `file`, by which `sequence` and `fps` follow.
+void describe_moving_file(Section& s, std::string& file, SequenceScene& sequence, const char* file_meaning,
+                          const char* meaning);
 
 // describe_fluid.cpp
 void describe(Section& s, FluidScene& fluid);

@@ -98,14 +98,9 @@ void describe_place(Section& s, BodyScene& body) {
 
 void describe_mesh(Section& s, BodyScene& body) {
   s.one_line();
-  const bool moving = !body.sequence.files.empty();
-  s.saved_if(!moving).mesh_file("file", body.file, "mesh file; a relative path starts at the scene's folder");
-  describe_sequence(s, body.sequence,
-                    "files of a moving mesh with the same polygons; its shape may change if it encloses a volume");
-  if (!body.sequence.files.empty()) body.file = body.sequence.files.front();
-  s.check(s.has("file") != s.has("sequence"), s.has("file") ? "sequence" : "file",
-          s.has("file") ? "cannot be combined with file; allowed: exactly one of the two"
-                        : "file and sequence are both missing; allowed: exactly one of the two");
+  describe_moving_file(s, body.file, body.sequence, "mesh file; a relative path starts at the scene's folder",
+                       "files of a moving mesh with the same polygons, or a point cache, which moves `file`; its shape "
+                       "may change if it encloses a volume");
   s.number("scale", body.scale, "[1e-9, 1e6]", "1", "scale factor of the file's coordinates");
   describe_coordinates(s, body.unit, body.up, true);
   s.numbers("position", body.position, coordinate_range, "m", "displacement of the scaled mesh");

@@ -210,6 +210,8 @@ void check_pins(Section& s, const ClothScene& cloth) {
   if (!cloth.grid) return;
   const Index count = cloth.grid->nodes[0] * cloth.grid->nodes[1];
   for (std::size_t i = 0; i < cloth.pins.size(); ++i) {
+    s.check(!cloth.pins[i].sequence.is_cache(), fmt::format("pin.{}.sequence", i),
+            "is a point cache, which moves the points of a mesh file; allowed: a cloth with mesh.file");
     for (std::size_t k = 0; k < cloth.pins[i].nodes.size(); ++k) {
       s.check(cloth.pins[i].nodes[k] < count, fmt::format("pin.{}.nodes.{}", i, k),
               fmt::format("{} is not a node of the grid; allowed: [0, {}]", cloth.pins[i].nodes[k], count - 1));
@@ -320,7 +322,8 @@ void describe(Section& s, PinScene& pin) {
                            "velocity between `start` and `end`; not with `dynamics: false`");
   s.saved_if(free).numbers("offset", pin.offset, coordinate_range, "m",
                            "keyframes of the displacement from the start; added to the motion by `velocity`");
-  describe_sequence(s, pin.sequence, "files of the moving cloth mesh; the pins follow their nodes in them");
+  describe_sequence(s, pin.sequence,
+                    "files of the moving cloth mesh, or a point cache of it; the pins follow their nodes in them");
   s.saved_if(!pin.body.empty())
       .text("body", pin.body, "name of a body that the pins move and turn with, such as a gripper; not a dynamic one");
   s.number("stiffness", pin.stiffness, "(0, 1e9]", "N/m",

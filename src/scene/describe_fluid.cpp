@@ -77,7 +77,7 @@ void describe_files(Section& s, BlockScene& block, bool mesh, const char* file, 
     s.mesh_file("file", name, file);
   else
     s.other_file("file", name, file);
-  describe_sequence(s, block.sequence, sequence, mesh);
+  describe_sequence(s, block.sequence, sequence, mesh ? SequenceOf::surfaces : SequenceOf::particles);
   if (!block.sequence.files.empty()) name = block.sequence.files.front();
   s.check(s.has("file") != s.has("sequence"), s.has("file") ? "sequence" : "file",
           s.has("file") ? "cannot be combined with file; allowed: one of the two"
@@ -167,14 +167,11 @@ void describe_motion_of(Section& s, NozzleMotionScene& motion) {
 
 void describe(Section& s, MeshJetScene& jet) {
   s.one_line();
-  const bool moving = !jet.sequence.files.empty();
-  s.saved_if(!moving).mesh_file(
-      "file", jet.placed.file, "mesh (.obj, .ply, .stl), open or closed; a relative path starts at the scene's folder");
-  describe_sequence(s, jet.sequence, "files of a moving mesh with the same polygons, which may change their shape");
-  if (!jet.sequence.files.empty()) jet.placed.file = jet.sequence.files.front();
-  s.check(s.has("file") != s.has("sequence"), s.has("file") ? "sequence" : "file",
-          s.has("file") ? "cannot be combined with file; allowed: exactly one of the two"
-                        : "file and sequence are both missing; allowed: exactly one of the two");
+  describe_moving_file(
+      s, jet.placed.file, jet.sequence,
+      "mesh (.obj, .ply, .stl), open or closed; a relative path starts at the scene's folder",
+      "files of a moving mesh with the same polygons, which may change their shape; or a point cache, which moves "
+      "`file`");
   describe_placed(s, jet.placed);
   s.required().number("speed", jet.speed, "[0, 1000]", "m/s",
                       "speed of the liquid relative to the faces; 0 is allowed in keyframes only");

@@ -385,16 +385,42 @@ void describe_coordinates(Section& s, LengthUnit& unit, UpAxis& up, bool saved) 
                            "upward axis of the file; the mesh is rotated so that it becomes y");
 }
 
-void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning, bool meshes) {
-  const bool saved = !sequence.files.empty();
-  if (meshes)
-    s.saved_if(saved).mesh_files("sequence", sequence.files, meaning);
+void describe_sequence(Section& s, SequenceScene& sequence, const char* meaning, SequenceOf of) {
+  const bool saved = !sequence.files.empty(), moving_mesh = of == SequenceOf::moving_mesh;
+  s.saved_if(saved);
+  if (moving_mesh)
+    s.moving_mesh("sequence", sequence.files, meaning);
+  else if (of == SequenceOf::surfaces)
+    s.mesh_files("sequence", sequence.files, meaning);
   else
-    s.saved_if(saved).other_files("sequence", sequence.files, meaning);
-  s.saved_if(saved).number("fps", sequence.fps, "[0.001, 1e5]", "1/s",
-                           "files of the `sequence` per second; the first is at 0 s");
+    s.other_files("sequence", sequence.files, meaning);
+  s.saved_if(saved && !sequence.has_times())
+      .number("fps", sequence.fps, "[0.001, 1e5]", "1/s",
+              moving_mesh ? "files of the `sequence` per second, the first at 0 s; frames per second of a .pc2 file; "
+                            "not for a .mdd file, which has times"
+                          : "files of the `sequence` per second; the first is at 0 s");
   s.check(s.has("sequence") || !s.has("fps"), "fps",
           "applies only to a sequence of files; allowed: only with sequence");
+  s.check(!sequence.has_times() || !s.has("fps"), "fps",
+          "cannot be combined with a .mdd file, which has the times of its samples; allowed: without fps");
+  const bool caches = std::any_of(sequence.files.begin(), sequence.files.end(),
+                                  [](const std::string& file) { return !point_cache_ending(file).empty(); });
+  s.check(!moving_mesh || !caches || sequence.files.size() == 1, "sequence",
+          "has a point cache among several files; allowed: one point cache, or mesh files");
+}
+
+void describe_moving_file(Section& s, std::string& file, SequenceScene& sequence, const char* file_meaning,
+                          const char* meaning) {
+  s.saved_if(sequence.files.empty() || sequence.is_cache()).mesh_file("file", file, file_meaning);
+  describe_sequence(s, sequence, meaning);
+  const bool both = s.has("file") && s.has("sequence");
+  s.check(s.has("file") || s.has("sequence"), "file",
+          "file and sequence are both missing; allowed: one of the two, or a mesh file and its point cache");
+  s.check(!both || sequence.is_cache(), "sequence",
+          "cannot be combined with file unless it is a point cache (.pc2, .mdd); allowed: one of the two");
+  s.check(both || !sequence.is_cache(), "sequence",
+          "is a point cache, which has no polygons; allowed: with file, the mesh whose points it moves");
+  if (!sequence.files.empty() && !sequence.is_cache()) file = sequence.files.front();
 }
 
 void describe(Section& s, SpinScene& spin) {

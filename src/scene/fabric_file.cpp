@@ -64,7 +64,7 @@ const Value& keys_of(const Value& root, const std::string& path) {
 }
 
 Fabric read(const Value& name, const std::string& key, const std::string& folder, int nested) {
-  const FoundFile found = find_file(name, folder, false);
+  const FoundFile found = find_file(name, folder, FileKind::any);
   if (!found.problem.empty()) refuse(name.place, key, found.problem + "; allowed: a fabric's name or file");
   if (nested == most_nested)
     refuse(name.place, key,

@@ -12,7 +12,9 @@ struct FoundFile {
   std::string problem;  // why it cannot be taken, else ""
 };
 
-/// A file that exists; a relative name starts at `folder`. `mesh`: one that can be read as a mesh.
-FoundFile find_file(const yaml::Value& name, const std::string& folder, bool mesh);
+enum class FileKind { any, mesh, mesh_or_point_cache };
+
+/// A file that exists, of a kind by its ending; a relative name starts at `folder`.
+FoundFile find_file(const yaml::Value& name, const std::string& folder, FileKind kind);
 
 }  // namespace drench

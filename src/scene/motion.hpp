@@ -1,6 +1,7 @@
 #pragma once
 // Prescribed motion in a scene: what bodies, pins and emitters share.
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,11 +19,22 @@ struct SpinScene {
   bool operator==(const SpinScene&) const = default;
 };
 
-/// A shape that moves from file to file, each with the same triangles.
+/// ".pc2" or ".mdd" if a name ends so, in any case; else "".
+inline std::string point_cache_ending(const std::string& file) {
+  std::string ending = std::filesystem::path(file).extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return ending == ".pc2" || ending == ".mdd" ? ending : "";
+}
+
+/// A shape that moves from file to file, each with the same triangles, or as a point cache moves a mesh file.
 struct SequenceScene {
   std::vector<std::string> files;  // the first at 0 s
-  double fps = 24;                 // files a second
+  double fps = 24;                 // files per second; of a .pc2 file, frames
 
+  /// Are its files point caches? There is one then.
+  bool is_cache() const { return !files.empty() && !point_cache_ending(files.front()).empty(); }
+  /// Are the times of its samples in its file?
+  bool has_times() const { return !files.empty() && point_cache_ending(files.front()) == ".mdd"; }
   bool operator==(const SequenceScene&) const = default;
 };
 

@@ -22,6 +22,8 @@ inline constexpr const char* keys_allowed = "a list of keys [time, value]";
 inline const std::initializer_list<Word<Interpolation>> interpolation_words{
     {"linear", Interpolation::linear}, {"smooth", Interpolation::smooth}, {"step", Interpolation::step}};
 inline constexpr const char* mesh_files_allowed = "a list of .obj, .ply, .stl; a name with {} or {:04d}, or with *";
+inline constexpr const char* moving_mesh_allowed =
+    "a list of .obj, .ply, .stl; a name with {} or {:04d}, or with *; a point cache .pc2, .mdd";
 inline constexpr const char* other_files_allowed = "a list of names; a name with {} or {:04d}, or with *";
 inline constexpr std::size_t most_files = 100'000;  // of a sequence
 inline constexpr const char* switch_allowed = "true, false, on, off";

@@ -77,6 +77,8 @@ class Section {
   /// Mesh files that exist, in their order: a list of names, a name with {} or {:04d} for consecutive numbers, or
   /// one with a *.
   virtual void mesh_files(const char* key, std::vector<std::string>& values, const char* meaning) = 0;
+  /// The same, or a point cache, which moves one.
+  virtual void moving_mesh(const char* key, std::vector<std::string>& values, const char* meaning) = 0;
   /// The same of other files.
   virtual void other_files(const char* key, std::vector<std::string>& values, const char* meaning) = 0;
 

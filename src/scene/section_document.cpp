@@ -75,6 +75,9 @@ class DocumentSection : public Section {
   void mesh_files(const char* key, std::vector<std::string>&, const char* meaning) override {
     note(key, "files", mesh_files_allowed, "", "", meaning);
   }
+  void moving_mesh(const char* key, std::vector<std::string>&, const char* meaning) override {
+    note(key, "files", moving_mesh_allowed, "", "", meaning);
+  }
   void other_files(const char* key, std::vector<std::string>&, const char* meaning) override {
     note(key, "files", other_files_allowed, "", "", meaning);
   }

@@ -72,10 +72,13 @@ class LoadSection : public Section {
   void other_file(const char* key, std::string& value, const char*) override;
   void mesh_file(const char* key, std::string& value, const char*) override;
   void mesh_files(const char* key, std::vector<std::string>& values, const char*) override {
-    files(key, values, mesh_files_allowed, true);
+    files(key, values, mesh_files_allowed, FileKind::mesh);
+  }
+  void moving_mesh(const char* key, std::vector<std::string>& values, const char*) override {
+    files(key, values, moving_mesh_allowed, FileKind::mesh_or_point_cache);
   }
   void other_files(const char* key, std::vector<std::string>& values, const char*) override {
-    files(key, values, other_files_allowed, false);
+    files(key, values, other_files_allowed, FileKind::any);
   }
 
   bool has(const char* key) const override { return map_.find(key) != nullptr; }
@@ -118,8 +121,8 @@ class LoadSection : public Section {
   double read_number(const Value& value, const std::string& key, const char* range, const char* unit) const;
   int read_integer(const Value& value, const std::string& key, const char* range, const char* unit) const;
   std::string read_text(const Value& value, const std::string& key) const;
-  void files(const char* key, std::vector<std::string>& values, const char* allowed, bool mesh);
-  std::string read_file_name(const Value& value, const std::string& key, bool mesh) const;
+  void files(const char* key, std::vector<std::string>& values, const char* allowed, FileKind kind);
+  std::string read_file_name(const Value& value, const std::string& key, FileKind kind) const;
   Vec3 read_vector(const Value& value, const std::string& key, const char* range, const char* unit) const;
   template <class T, class Read>
   void read_keyed(const char* key, Keyed<T>& value, const std::string& expected, Read read);
@@ -328,21 +331,21 @@ void LoadSection::text(const char* key, std::string& value, const char*) {
 }
 
 void LoadSection::mesh_file(const char* key, std::string& value, const char*) {
-  if (const Value* found = take(key, mesh_name_expected)) value = read_file_name(*found, key, true);
+  if (const Value* found = take(key, mesh_name_expected)) value = read_file_name(*found, key, FileKind::mesh);
 }
 
 void LoadSection::other_file(const char* key, std::string& value, const char*) {
-  if (const Value* found = take(key, "the name of a file")) value = read_file_name(*found, key, false);
+  if (const Value* found = take(key, "the name of a file")) value = read_file_name(*found, key, FileKind::any);
 }
 
-void LoadSection::files(const char* key, std::vector<std::string>& values, const char* allowed, bool mesh) {
+void LoadSection::files(const char* key, std::vector<std::string>& values, const char* allowed, FileKind kind) {
   const Value* found = take(key, allowed);
   if (!found) return;
   values.clear();
   if (found->kind == Value::Kind::list) {
     check_list(key, *found);
     for (std::size_t i = 0; i < found->items.size(); ++i)
-      values.push_back(read_file_name(found->items[i], fmt::format("{}.{}", key, i), mesh));
+      values.push_back(read_file_name(found->items[i], fmt::format("{}.{}", key, i), kind));
     return;
   }
   if (found->kind != Value::Kind::scalar || found->text.find('\0') != std::string::npos)
@@ -352,14 +355,14 @@ void LoadSection::files(const char* key, std::vector<std::string>& values, const
   if (!problem.empty()) fail(*found, key, fmt::format("{} {}", found->shown(), problem));
   for (const std::string& file : names) {
     name.text = file;
-    values.push_back(read_file_name(name, key, mesh));
+    values.push_back(read_file_name(name, key, kind));
   }
   if (values.empty())
     fail(*found, key, fmt::format("{} matches no existing file; allowed: {}", found->shown(), allowed));
 }
 
-std::string LoadSection::read_file_name(const Value& value, const std::string& key, bool mesh) const {
-  FoundFile found = find_file(value, folder_, mesh);
+std::string LoadSection::read_file_name(const Value& value, const std::string& key, FileKind kind) const {
+  FoundFile found = find_file(value, folder_, kind);
   if (!found.problem.empty()) fail(value, key, found.problem);
   return std::move(found.path);
 }

@@ -86,6 +86,9 @@ class SaveSection : public Section {
     for (const std::string& value : values) all += (all.empty() ? "" : ", ") + in_quotes(value);
     write(key, "[" + all + "]");
   }
+  void moving_mesh(const char* key, std::vector<std::string>& values, const char* meaning) override {
+    mesh_files(key, values, meaning);
+  }
   void other_files(const char* key, std::vector<std::string>& values, const char* meaning) override {
     mesh_files(key, values, meaning);
   }

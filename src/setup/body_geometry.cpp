@@ -189,7 +189,7 @@ void report(const SolidMesh& solid, MeshUse use, double size, const std::string&
 
 /// The body's mesh as its file has it, in m.
 SurfaceMesh placed_mesh(const BodyScene& scene, const std::string& scene_path, const std::string& label) {
-  SurfaceMesh mesh = read_mesh(scene.file, scene_path);
+  SurfaceMesh mesh = read_mesh(scene.file, scene_path, {}, scene.sequence);
   file_place(scene)(mesh.points);
   check_points(mesh.points, label);
   return mesh;
@@ -312,7 +312,7 @@ std::vector<Index> read_body_mesh(Body& body, const BodyScene& scene, const std:
 }  // namespace
 
 TextureCorners body_texture(const BodyScene& scene, const std::string& scene_path, std::size_t& untextured) {
-  SurfaceMesh mesh = read_mesh(scene.file, scene_path, {.texture = true});
+  SurfaceMesh mesh = read_mesh(scene.file, scene_path, {.texture = true}, scene.sequence);
   untextured = mesh.untextured;
   const SolidMesh solid = close_mesh(mesh, sheets_of(scene));
   if (mesh.texture.empty() || scene.inside || !solid.has_inside()) return std::move(mesh.texture);

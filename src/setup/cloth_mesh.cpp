@@ -99,7 +99,8 @@ void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins, c
   for (std::size_t entry = 0; entry < cloth.pins.size(); ++entry) {
     const PinScene& p = cloth.pins[entry];
     if (p.sequence.files.empty()) continue;
-    const auto paths = node_paths(p.sequence, model.scene.path, rest, weld, file_place(cloth), cloth_label(cloth.name));
+    const auto paths =
+        node_paths(p.sequence, cloth.file, model.scene.path, rest, weld, file_place(cloth), cloth_label(cloth.name));
     for (std::size_t n = 0; n < rest.size(); ++n) {
       if (pins.entry[n] != static_cast<Index>(entry)) continue;
       model.mesh.pin_motion[first + n] = static_cast<Index>(model.pin_motions.size());

@@ -110,15 +110,15 @@ void turn_outwards(Body& body, const std::vector<Points>& points, const std::vec
   }
 }
 
-double fastest_between(const Points& from, const Points& to, double fps) {
+double fastest_between(const Points& from, const Points& to, double time) {
   double way = 0;
   for (std::size_t i = 0; i < from.size(); ++i) way = std::max(way, (to_eigen(to[i]) - to_eigen(from[i])).norm());
-  return way * fps;
+  return way / time;
 }
 
 }  // namespace
 
-void deform(Body& body, std::vector<Points> points, double fps, const std::vector<std::string>& labels) {
+void deform(Body& body, std::vector<Points> points, std::vector<double> times, const std::vector<std::string>& labels) {
   if (!bounds_solid(body.mesh_triangles))
     throw SetupError(labels.front() +
                      ": it deforms from file to file, and it encloses no volume; allowed: "
@@ -134,13 +134,13 @@ void deform(Body& body, std::vector<Points> points, double fps, const std::vecto
     }
   turn_outwards(body, points, labels);
   Deformation& shape = body.shape;
-  shape.fps = fps;
   for (std::size_t k = 0; k < points.size(); ++k) {
     shape.center.push_back(to_vec3(box_around(points[k]).center()));
     for (const Vec3& x : points[k]) body.reach = std::max(body.reach, (to_eigen(x) - to_eigen(body.center)).norm());
-    if (k > 0) shape.speed.push_back(fastest_between(points[k - 1], points[k], fps));
+    if (k > 0) shape.speed.push_back(fastest_between(points[k - 1], points[k], times[k] - times[k - 1]));
   }
   shape.points = std::move(points);
+  shape.time = std::move(times);
 }
 
 std::vector<std::string> deformation_warnings(const Body& body, const std::string& name) {
@@ -273,7 +273,7 @@ std::vector<Vec3> bind_samples(Body& body, double d) {
   const double least = mesh_min_distance * d;
   for (const std::size_t k : stretched_files(body)) {
     std::optional<Body> later;
-    const Body& now = k == 0 ? body : later.emplace(shape_with_field_at(body, static_cast<double>(k) / body.shape.fps));
+    const Body& now = k == 0 ? body : later.emplace(shape_with_field_at(body, body.shape.time[k]));
     const Points& points = body.shape.points[k];
     PointGrid kept(least);
     for (std::size_t s = 0; s < body.shape.triangle.size(); ++s) kept.add(placed(body, points, s));
@@ -293,7 +293,8 @@ std::vector<Vec3> bind_samples(Body& body, double d) {
 
 std::vector<Vec3> first_velocities(const Body& body) {
   const double way = 1e-3;  // of the way to the second file: a difference quotient
-  const Points later = points_at(body.shape, way / body.shape.fps);
+  const std::vector<double>& time = body.shape.time;
+  const Points later = points_at(body.shape, time[0] + way * (time[1] - time[0]));
   std::vector<Vec3> velocities;
   for (std::size_t s = 0; s < body.shape.triangle.size(); ++s)
     velocities.push_back(

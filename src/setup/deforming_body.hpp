@@ -8,10 +8,12 @@
 
 namespace drench {
 
-/// Makes `body` one whose points go through `points` (m), those of its mesh in each file of a sequence. Its triangles
+/// Makes `body` one whose points go through `points` (m), those of its mesh in each file of a sequence at its
+/// time (s). Its triangles
 /// are turned outwards. `labels` are names of the files, which begin the text of a SetupError: a mesh that is not
 /// closed, one whose surface has one side only, a shell whose inside is turned out.
-void deform(Body& body, std::vector<std::vector<Vec3>> points, double fps, const std::vector<std::string>& labels);
+void deform(Body& body, std::vector<std::vector<Vec3>> points, std::vector<double> times,
+            const std::vector<std::string>& labels);
 
 /// Lines about what happens between its files, each beginning with `name`.
 std::vector<std::string> deformation_warnings(const Body& body, const std::string& name);

@@ -189,9 +189,7 @@ Jet make_jet(const Model& model, const JetScene& scene, const std::string& name)
 
 Jet make_mesh_jet(const Model& model, const MeshJetScene& scene, const std::string& name) {
   const double d = model.spacing;
-  const std::vector<std::string> files =
-      scene.sequence.files.empty() ? std::vector{scene.placed.file} : scene.sequence.files;
-  const EmittingFaces faces = emitting_faces(files, model.scene.path, scene, d, name);
+  const EmittingFaces faces = emitting_faces(scene, model.scene.path, d, name);
   Jet jet;
   jet.scene.start = scene.start;
   jet.scene.end = scene.end;
@@ -206,17 +204,14 @@ Jet make_mesh_jet(const Model& model, const MeshJetScene& scene, const std::stri
   mouth.motion = motion_of(scene.motion, jet.scene.center, reach_of(jet.offsets));
   mouth.directions = faces.directions;
   mouth.flow = faces.flow;
-  mouth.fps = scene.sequence.fps;
   mouth.stride = golden_stride(static_cast<std::int64_t>(jet.offsets.size()));
   mouth.moves = moves(scene.motion) || faces.points.size() > 1;
   std::vector<Key<double>> areas = faces.area;
-  for (Key<double>& key : areas) {
-    key.time /= mouth.fps;
-    jet.area = std::max(jet.area, key.value);
-  }
+  for (const Key<double>& key : areas) jet.area = std::max(jet.area, key.value);
   mouth.area = areas.front().value;
   if (areas.size() > 1) {
     mouth.area = Keyed<double>(std::move(areas), Interpolation::linear);
+    mouth.time = faces.time;
     mouth.points = faces.points;
     mouth.fastest_file = faces.fastest;
   }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -258,13 +257,12 @@ class CellMaker {
   std::vector<std::size_t> cell_;  // of each facet
 };
 
-std::vector<std::vector<Vec3>> placed_files(const std::vector<std::string>& files, const MeshSequenceReader& reader,
-                                            const MeshJetScene& scene, const std::string& name) {
+std::vector<std::vector<Vec3>> placed_files(const MeshSequenceReader& reader, const MeshJetScene& scene,
+                                            const std::string& name) {
   std::vector<std::vector<Vec3>> placed;
-  for (std::size_t k = 0; k < files.size(); ++k) {
-    const std::string label =
-        files.size() > 1 ? fmt::format("{} ({})", name, std::filesystem::path(files[k]).filename().string()) : name;
-    SurfaceMesh mesh = k == 0 ? reader.first() : reader.read(files[k]);
+  for (std::size_t k = 0; k < reader.size(); ++k) {
+    const std::string label = reader.size() > 1 ? fmt::format("{} ({})", name, reader.label(k)) : name;
+    SurfaceMesh mesh = reader.read(k);
     if (mesh.triangles != reader.first().triangles || mesh.points.size() != reader.first().points.size())
       throw SetupError(label +
                        ": its triangles differ from those of the first file; allowed: files that differ only in the "
@@ -329,14 +327,15 @@ std::int64_t golden_stride(std::int64_t n) {
   return 1;
 }
 
-EmittingFaces emitting_faces(const std::vector<std::string>& files, const std::string& scene_path,
-                             const MeshJetScene& scene, double spacing, const std::string& name) {
-  const MeshSequenceReader reader(files.front(), scene_path);
+EmittingFaces emitting_faces(const MeshJetScene& scene, const std::string& scene_path, double spacing,
+                             const std::string& name) {
+  const MeshSequenceReader reader(scene.sequence, scene.placed.file, scene_path);
   const std::vector<std::array<Index, 3>>& triangles = reader.first().triangles;
-  const std::vector<std::vector<Vec3>> placed = placed_files(files, reader, scene, name);
+  const std::vector<std::vector<Vec3>> placed = placed_files(reader, scene, name);
 
   // The points lie evenly on the file in which the most emits.
   EmittingFaces faces;
+  faces.time = reader.times();
   Eigen::AlignedBox3d box;
   for (const Vec3& x : placed.front()) box.extend(to_eigen(x));
   faces.center = to_vec3(box.center());
@@ -364,6 +363,11 @@ EmittingFaces emitting_faces(const std::vector<std::string>& files, const std::s
                     name, count, spacing, max_face_points));
   faces.area.push_back(of_files.front());
   for (std::size_t k = 1; k < placed.size(); ++k) area.add_until(of_files[k], of_files[k - 1], 1e-5 * most, faces.area);
+  for (Key<double>& key : faces.area) {
+    const auto file = std::min(static_cast<std::size_t>(key.time), placed.size() - 1),
+               next = std::min(file + 1, placed.size() - 1);
+    key.time = faces.time[file] + (key.time - static_cast<double>(file)) * (faces.time[next] - faces.time[file]);
+  }
   const std::vector<Facet> facets = facets_of(placed[largest], triangles, spacing / 5);
   const Cells cells = CellMaker(placed[largest], triangles, scene, facets, spacing).make();
   const auto emitted_by = [&](std::size_t file) {
@@ -394,8 +398,8 @@ EmittingFaces emitting_faces(const std::vector<std::string>& files, const std::s
         normals.push_back(k > 0 ? faces.directions[k - 1][p] : Vec3{0, 1, 0});  // a face without area emits nothing
       flow.push_back(sum += emitted[p] / at_most[p]);
       if (k > 0)
-        faces.fastest = std::max(faces.fastest,
-                                 scene.sequence.fps * (to_eigen(points[p]) - to_eigen(faces.points[k - 1][p])).norm());
+        faces.fastest = std::max(faces.fastest, (to_eigen(points[p]) - to_eigen(faces.points[k - 1][p])).norm() /
+                                                    (faces.time[k] - faces.time[k - 1]));
     }
     faces.points.push_back(std::move(points));
     faces.directions.push_back(std::move(normals));

@@ -25,6 +25,7 @@
 #include "base/eigen_vec.hpp"
 #include "setup/mesh_files.hpp"
 #include "setup/mesh_joins.hpp"
+#include "setup/point_cache.hpp"
 #include "setup/setup_error.hpp"
 #include "setup/surface_distance.hpp"
 #include "setup/triangulation.hpp"
@@ -263,6 +264,20 @@ FileMesh mesh_of(const PolygonFile& file, const std::string& name) {
   return result;
 }
 
+/// The point cache that moves a mesh file.
+PointCache cache_of(const SequenceScene& sequence, const PolygonFile& polygons, const std::string& name) {
+  const std::string& file = sequence.files.front();
+  PointCache cache(file, sequence.fps);
+  if (polygons.facets)
+    throw SetupError(fmt::format(
+        "point cache '{}': the .stl file '{}' does not number its points; allowed: an .obj or .ply file", file, name));
+  if (cache.points() != polygons.points.size())
+    throw SetupError(fmt::format(
+        "point cache '{}': it has {} points, but mesh file '{}' has {}; allowed: the cache and the mesh of one object",
+        file, cache.points(), name, polygons.points.size()));
+  return cache;
+}
+
 /// u, v of the corners of all triangles, whose corners all have them.
 TextureCorners texture_of(const PolygonFile& file, const Division& division, const std::string& name) {
   TextureCorners texture;
@@ -334,8 +349,10 @@ SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path) {
   return mesh_of(read_file(file, scene_path), file).mesh;
 }
 
-SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras) {
-  const PolygonFile polygons = read_file(file, scene_path, extras.groups, extras.attributes);
+SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras,
+                      const SequenceScene& sequence) {
+  PolygonFile polygons = read_file(file, scene_path, extras.groups, extras.attributes);
+  if (sequence.is_cache()) polygons.points = cache_of(sequence, polygons, file).sample(0);
   FileMesh result = mesh_of(polygons, file);
   const auto without = std::count(polygons.corner_texture.begin(), polygons.corner_texture.end(), -1);
   if (extras.texture && without == 0) result.mesh.texture = texture_of(polygons, result.division, file);
@@ -351,10 +368,21 @@ struct MeshSequenceReader::First {
   std::vector<Index> source, copy_of;  // of the mesh's points; of the file's: the point that it is taken for
 };
 
-MeshSequenceReader::MeshSequenceReader(const std::string& file, const std::string& scene_path)
-    : path_(scene_path), first_(std::make_unique<First>()) {
-  first_->polygons = read_file(file, scene_path);
-  FileMesh result = mesh_of(first_->polygons, file);
+MeshSequenceReader::MeshSequenceReader(const SequenceScene& sequence, const std::string& file,
+                                       const std::string& scene_path)
+    : path_(scene_path), files_(sequence.files), first_(std::make_unique<First>()) {
+  const bool is_cache = sequence.is_cache();
+  if (files_.empty()) files_.push_back(file);
+  const std::string& polygons = is_cache ? file : files_.front();
+  first_->polygons = read_file(polygons, scene_path);
+  if (is_cache) {
+    cache_ = std::make_unique<PointCache>(cache_of(sequence, first_->polygons, file));
+    times_ = cache_->times();
+    first_->polygons.points = cache_->sample(0);
+  } else {
+    for (std::size_t k = 0; k < files_.size(); ++k) times_.push_back(static_cast<double>(k) / sequence.fps);
+  }
+  FileMesh result = mesh_of(first_->polygons, polygons);
   mesh_ = std::move(result.mesh);
   first_->source = std::move(result.source);
   if (first_->polygons.facets) first_->copy_of = first_copies(first_->polygons.points);
@@ -362,7 +390,21 @@ MeshSequenceReader::MeshSequenceReader(const std::string& file, const std::strin
 
 MeshSequenceReader::~MeshSequenceReader() = default;
 
-SurfaceMesh MeshSequenceReader::read(const std::string& file) const {
+std::string MeshSequenceReader::label(std::size_t k) const {
+  return cache_ ? cache_->label(k) : std::filesystem::path(files_[k]).filename().string();
+}
+
+SurfaceMesh MeshSequenceReader::with_points_of(const std::vector<Vec3>& points) const {
+  SurfaceMesh mesh = mesh_;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    mesh.points[i] = points[static_cast<std::size_t>(first_->source[i])];
+  return mesh;
+}
+
+SurfaceMesh MeshSequenceReader::read(std::size_t k) const {
+  if (k == 0) return mesh_;
+  if (cache_) return with_points_of(cache_->sample(k));
+  const std::string& file = files_[k];
   const PolygonFile polygons = read_file(file, path_);
   const PolygonFile& first = first_->polygons;
   bool same = polygons.points.size() == first.points.size() && polygons.face_end == first.face_end &&
@@ -370,11 +412,7 @@ SurfaceMesh MeshSequenceReader::read(const std::string& file) const {
   // Facets name no points: they are the same ones where copies are still copies.
   for (std::size_t i = 0; same && i < first_->copy_of.size(); ++i)
     same = polygons.points[i] == polygons.points[static_cast<std::size_t>(first_->copy_of[i])];
-  if (!same) return mesh_of(polygons, file).mesh;
-  SurfaceMesh mesh = mesh_;
-  for (std::size_t i = 0; i < mesh.points.size(); ++i)
-    mesh.points[i] = polygons.points[static_cast<std::size_t>(first_->source[i])];
-  return mesh;
+  return same ? with_points_of(polygons.points) : mesh_of(polygons, file).mesh;
 }
 
 std::vector<std::uint8_t> points_inside(const SurfaceMesh& mesh, const std::vector<Vec3>& points) {

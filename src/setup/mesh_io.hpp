@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/motion.hpp"
 #include "setup/surface_mesh.hpp"
 
 namespace drench {
@@ -30,21 +31,37 @@ struct MeshExtras {
 /// rounded.
 std::string painted_group(const std::string& attribute, int level);
 inline constexpr int paint_levels = 16;
-SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras);
+/// With a point cache as `sequence`, the points are where its first sample has them.
+SurfaceMesh read_mesh(const std::string& file, const std::string& scene_path, MeshExtras extras,
+                      const SequenceScene& sequence = {});
 
-/// Reads files that have the same polygons one after the other. They are divided into triangles as in the first file,
-/// and points that are one there are one in all.
+class PointCache;
+
+/// The meshes of a sequence. Those of files with the same polygons are divided into triangles as the first, and points
+/// that are one there are one in all.
 class MeshSequenceReader {
  public:
-  MeshSequenceReader(const std::string& file, const std::string& scene_path);
+  /// `file`: the mesh that a point cache moves, or that stands still if there is no sequence. SetupError also for a
+  /// cache of another number of points than `file` has, or of an .stl file.
+  MeshSequenceReader(const SequenceScene& sequence, const std::string& file, const std::string& scene_path);
   ~MeshSequenceReader();
+  std::size_t size() const { return times_.size(); }
+  /// s; they rise.
+  const std::vector<double>& times() const { return times_; }
+  /// The name of a file without its folder, or "sample 3 of walk.pc2".
+  std::string label(std::size_t k) const;
   const SurfaceMesh& first() const { return mesh_; }
   /// As read_mesh where a file has other polygons.
-  SurfaceMesh read(const std::string& file) const;
+  SurfaceMesh read(std::size_t k) const;
 
  private:
   struct First;
+  SurfaceMesh with_points_of(const std::vector<Vec3>& points) const;
+
   std::string path_;
+  std::vector<std::string> files_;
+  std::vector<double> times_;
+  std::unique_ptr<PointCache> cache_;
   SurfaceMesh mesh_;
   std::unique_ptr<First> first_;
 };

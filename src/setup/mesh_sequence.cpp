@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <filesystem>
 
 #include "base/eigen_vec.hpp"
 #include "setup/deforming_body.hpp"
@@ -52,8 +51,6 @@ Eigen::Quaterniond nearest_rotation(const PointColumns& from, const PointColumns
   return {best[0], best[1], best[2], best[3]};
 }
 
-std::string short_name(const std::string& file) { return std::filesystem::path(file).filename().string(); }
-
 }  // namespace
 
 void follow_sequence(Body& body, const BodyScene& scene, const std::string& scene_path, const std::string& name,
@@ -67,10 +64,11 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
   std::vector<std::vector<Vec3>> files;
   std::vector<std::string> labels;
   Eigen::Quaterniond before = Eigen::Quaterniond::Identity();
-  const MeshSequenceReader reader(scene.sequence.files.front(), scene_path);
-  for (std::size_t k = 0; k < scene.sequence.files.size(); ++k) {
-    const std::string label = fmt::format("{} ({})", name, short_name(scene.sequence.files[k]));
-    const SurfaceMesh mesh = k == 0 ? reader.first() : reader.read(scene.sequence.files[k]);
+  const MeshSequenceReader reader(scene.sequence, scene.file, scene_path);
+  const std::vector<double>& times = reader.times();
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const std::string label = fmt::format("{} ({})", name, reader.label(k));
+    const SurfaceMesh mesh = reader.read(k);
     if (mesh.triangles != reader.first().triangles || mesh.points.size() != reader.first().points.size())
       throw SetupError(label +
                        ": its triangles differ from those of the first file; allowed: files that differ only in the "
@@ -88,17 +86,16 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
     files.push_back(std::move(points));
     labels.push_back(label);
     if (turn.dot(before) < 0) turn.coeffs() *= -1;
-    const double time = static_cast<double>(k) / scene.sequence.fps, angle = before.angularDistance(turn);
-    body.turn_rate = std::max(body.turn_rate, angle * scene.sequence.fps);
+    if (k > 0) body.turn_rate = std::max(body.turn_rate, before.angularDistance(turn) / (times[k] - times[k - 1]));
     turned = turned || turn.angularDistance(Eigen::Quaterniond::Identity()) > 1e-7;
-    path.push_back({time, k == 0 ? Vec3{0, 0, 0} : to_vec3(rotation * center + shift - center)});
+    path.push_back({times[k], k == 0 ? Vec3{0, 0, 0} : to_vec3(rotation * center + shift - center)});
     if (k == 0) turn = Eigen::Quaterniond::Identity();
-    turns.push_back({time, {turn.w(), turn.x(), turn.y(), turn.z()}});
+    turns.push_back({times[k], {turn.w(), turn.x(), turn.y(), turn.z()}});
     before = turn;
   }
   if (!rigid) {
     body.turn_rate = 0;
-    return deform(body, std::move(files), scene.sequence.fps, labels);
+    return deform(body, std::move(files), times, labels);
   }
   Keyed<Vec3> way(std::move(path), Interpolation::linear);
   if (!way.is_zero()) body.path = std::move(way);  // a body has keys only if it moves
@@ -108,16 +105,16 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
     body.turn_rate = 0;
 }
 
-std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::string& scene_path,
-                                    const std::vector<Vec3>& rest, const Weld& weld, const FilePlace& place,
-                                    const std::string& name) {
+std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::string& file,
+                                    const std::string& scene_path, const std::vector<Vec3>& rest, const Weld& weld,
+                                    const FilePlace& place, const std::string& name) {
   const double size = size_of(columns(rest));
-  const MeshSequenceReader reader(sequence.files.front(), scene_path);
+  const MeshSequenceReader reader(sequence, file, scene_path);
   std::vector<std::vector<Key<Vec3>>> keys(rest.size());
   std::vector<Vec3> first;
-  for (std::size_t k = 0; k < sequence.files.size(); ++k) {
-    const std::string label = fmt::format("{}: pin ({})", name, short_name(sequence.files[k]));
-    std::vector<Vec3> points = k == 0 ? reader.first().points : reader.read(sequence.files[k]).points;
+  for (std::size_t k = 0; k < reader.size(); ++k) {
+    const std::string label = fmt::format("{}: pin ({})", name, reader.label(k));
+    std::vector<Vec3> points = reader.read(k).points;
     if (points.size() != weld.file_points())
       throw SetupError(fmt::format("{}: it has {} points and the cloth has {}; allowed: the same number", label,
                                    points.size(), weld.file_points()));
@@ -135,7 +132,7 @@ std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::st
                         label, off));
     }
     for (std::size_t n = 0; n < rest.size(); ++n)
-      keys[n].push_back({static_cast<double>(k) / sequence.fps, to_vec3(to_eigen(points[n]) - to_eigen(first[n]))});
+      keys[n].push_back({reader.times()[k], to_vec3(to_eigen(points[n]) - to_eigen(first[n]))});
   }
   std::vector<Keyed<Vec3>> paths;
   for (auto& of_node : keys) paths.emplace_back(std::move(of_node), Interpolation::linear);

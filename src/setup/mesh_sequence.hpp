@@ -22,11 +22,11 @@ void follow_sequence(Body& body, const BodyScene& scene, const std::string& scen
                      const std::vector<Index>& source);
 
 /// Where the nodes of a cloth are in the files of a sequence, as keys of their distance from the first: one Keyed a
-/// node. `place` puts a file's points where the cloth is; `rest` are the cloth's own, and `weld` knows
-/// which of a file's points is at each node. SetupError: another number of points, or a first file that is not the
-/// cloth.
-std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::string& scene_path,
-                                    const std::vector<Vec3>& rest, const Weld& weld, const FilePlace& place,
-                                    const std::string& name);
+/// node. `file`: the cloth's mesh. `place` puts a file's points where the cloth is; `rest` are the cloth's own, and
+/// `weld` knows which of a file's points is at each node. SetupError: another number of points, or a first file that is
+/// not the cloth.
+std::vector<Keyed<Vec3>> node_paths(const SequenceScene& sequence, const std::string& file,
+                                    const std::string& scene_path, const std::vector<Vec3>& rest, const Weld& weld,
+                                    const FilePlace& place, const std::string& name);
 
 }  // namespace drench

@@ -34,7 +34,7 @@ struct DistanceField {
 /// triangles are Body::mesh_triangles, turned outwards.
 struct Deformation {
   std::vector<std::vector<Vec3>> points;  // m: of each file
-  double fps = 24;                        // files a second; the first stands at t = 0
+  std::vector<double> time;               // s: of each file
   std::vector<Vec3> center;               // m: of each file's bounding box, which the lattice of distances follows
   std::vector<double> speed;              // m/s: of the fastest point from each file to the next
   double band = 0;                        // m: distances are cut off beyond it

@@ -5,15 +5,9 @@
 
 namespace drench {
 
-FilePart files_at(const Deformation& shape, double time) {
-  const std::size_t last = shape.points.size() - 1;
-  const double at = std::clamp(time * shape.fps, 0.0, static_cast<double>(last));
-  const auto first = std::min(static_cast<std::size_t>(at), last);
-  return {first, std::min(first + 1, last), at - static_cast<double>(first)};
-}
-
 double rate_after(const Deformation& shape, double time) {
-  return time >= 0 && files_at(shape, time).first + 1 < shape.points.size() ? shape.fps : 0;
+  const FilePart at = files_at(shape.time, time);
+  return at.first == at.last ? 0 : 1 / (shape.time[at.last] - shape.time[at.first]);
 }
 
 namespace {
@@ -25,14 +19,14 @@ Vec3 between(const Vec3& a, const Vec3& b, double part) {
 }  // namespace
 
 std::vector<Vec3> points_at(const Deformation& shape, double time) {
-  const FilePart at = files_at(shape, time);
+  const FilePart at = files_at(shape.time, time);
   std::vector<Vec3> points = shape.points[at.first];
   for (std::size_t i = 0; i < points.size(); ++i) points[i] = between(points[i], shape.points[at.last][i], at.part);
   return points;
 }
 
 Vec3 lattice_origin(const Body& body, double time) {
-  const FilePart at = files_at(body.shape, time);
+  const FilePart at = files_at(body.shape.time, time);
   Vec3 origin = between(body.shape.center[at.first], body.shape.center[at.last], at.part);
   for (std::size_t a = 0; a < 3; ++a) origin[a] -= 0.5 * (body.field.points[a] - 1) * body.field.spacing;
   return origin;
@@ -40,7 +34,8 @@ Vec3 lattice_origin(const Body& body, double time) {
 
 double fastest_point(const Deformation& shape, double from, double to) {
   double fastest = 0;
-  for (std::size_t k = files_at(shape, from).first; k <= files_at(shape, to).first && k < shape.speed.size(); ++k)
+  const std::size_t last = files_at(shape.time, to).first;
+  for (std::size_t k = files_at(shape.time, from).first; k <= last && k < shape.speed.size(); ++k)
     fastest = std::max(fastest, shape.speed[k]);
   return fastest;
 }

@@ -1,19 +1,12 @@
 #pragma once
 // Bodies that change their shape, at a time: docs/theory/deforming_bodies.md. `body` is one with Body::deforms().
 
+#include "state/file_times.hpp"
 #include "state/model.hpp"
 
 namespace drench {
 
-/// Between which two files a time (s) lies: points are (1 − part) first + part last.
-struct FilePart {
-  std::size_t first = 0, last = 0;
-  double part = 0;  // 1, in [0, 1]
-};
-FilePart files_at(const Deformation& shape, double time);
-
-/// The files a second by which points move from `first` to `last` right after a time (s); 0 before the first and from
-/// the last on.
+/// Right after a time (s): one over the time between its two files, 1/s; 0 before the first and from the last on.
 double rate_after(const Deformation& shape, double time);
 
 /// m

@@ -192,7 +192,7 @@ struct Mouth {
   std::vector<std::vector<Vec3>> points;  // m: of each file; empty: Jet::offsets, as a whole
   std::vector<std::vector<Vec3>> directions;  // unit: of the liquid of each point; empty: along the jet's axis
   std::vector<std::vector<double>> flow;      // 1: running sums of what the points emit; empty: all the same
-  double fps = 24;                            // files per second
+  std::vector<double> time;                   // s: of each file of `points`
   std::int64_t stride = 1;                    // the next particle leaves from the point so many further on
   Keyed<double> area;                         // m²: flow over speed
   /// m³ that have come out by the times (s) between which the flow is smooth.

@@ -7,30 +7,19 @@
 #include <numbers>
 
 #include "base/eigen_vec.hpp"
+#include "state/file_times.hpp"
 
 namespace drench {
 namespace {
 
 using Eigen::Vector3d;
 
-/// The file before a time, and how far it is from there to the next, 1.
-struct BetweenFiles {
-  std::size_t file;
-  double part;
-};
-
-BetweenFiles between_files(const Mouth& mouth, double time) {
-  const double last = mouth.points.empty() ? 0 : static_cast<double>(mouth.points.size() - 1);
-  const double at = std::clamp(time * mouth.fps, 0.0, last), whole = std::min(std::floor(at), std::max(0.0, last - 1));
-  return {static_cast<std::size_t>(whole), at - whole};
-}
-
 double mixed(double first, double last, double part) { return first + part * (last - first); }
 
 /// What the points up to p emit, 1.
-double flow_of_points(const Mouth& mouth, const BetweenFiles& at, std::size_t p) {
-  const double first = mouth.flow[at.file][p];
-  return at.part > 0 ? mixed(first, mouth.flow[at.file + 1][p], at.part) : first;
+double flow_of_points(const Mouth& mouth, const FilePart& at, std::size_t p) {
+  const double first = mouth.flow[at.first][p];
+  return at.part > 0 ? mixed(first, mouth.flow[at.last][p], at.part) : first;
 }
 
 /// The point that particle k leaves from. Points that emit alike take turns, in an order in which neighbours are far
@@ -39,7 +28,7 @@ std::size_t point_of(const Mouth& mouth, std::size_t points, std::int64_t k, dou
   const auto n = static_cast<std::int64_t>(points);
   const std::int64_t part = k % n * mouth.stride % n;
   if (mouth.flow.empty()) return static_cast<std::size_t>(part);
-  const BetweenFiles at = between_files(mouth, time);
+  const FilePart at = files_at(mouth.time, time);
   const double within = std::fmod(0.5 + static_cast<double>(k / n) / std::numbers::phi, 1.0);
   const double asked =
       (static_cast<double>(part) + within) / static_cast<double>(n) * flow_of_points(mouth, at, points - 1);
@@ -78,11 +67,10 @@ Leaving carried(const Jet& jet, const Vec3& offset, double time) {
 
 /// The same of a point of a sequence of files.
 Leaving carried_by_files(const Mouth& mouth, std::size_t p, double time) {
-  const BetweenFiles at = between_files(mouth, time);
-  const Vector3d first = to_eigen(mouth.points[at.file][p]), last = to_eigen(mouth.points[at.file + 1][p]);
-  const bool over = time * mouth.fps >= static_cast<double>(mouth.points.size() - 1);
-  return {to_vec3(first + at.part * (last - first)),
-          to_vec3(over ? Vector3d::Zero() : Vector3d(mouth.fps * (last - first)))};
+  const FilePart at = files_at(mouth.time, time);
+  const Vector3d first = to_eigen(mouth.points[at.first][p]), last = to_eigen(mouth.points[at.last][p]);
+  const double between = at.first == at.last ? 1 : mouth.time[at.last] - mouth.time[at.first];
+  return {to_vec3(first + at.part * (last - first)), to_vec3((last - first) / between)};
 }
 
 Leaving point_at(const Jet& jet, std::size_t p, double time) {
@@ -94,8 +82,8 @@ Vector3d direction_at(const Jet& jet, std::size_t p, double time) {
   const Mouth& mouth = *jet.mouth;
   if (mouth.directions.empty()) return turn_at(mouth.motion, time) * axis_at(jet, time);
   if (mouth.points.empty()) return turn_at(mouth.motion, time) * to_eigen(mouth.directions[0][p]);
-  const BetweenFiles at = between_files(mouth, time);
-  const Vector3d first = to_eigen(mouth.directions[at.file][p]), last = to_eigen(mouth.directions[at.file + 1][p]);
+  const FilePart at = files_at(mouth.time, time);
+  const Vector3d first = to_eigen(mouth.directions[at.first][p]), last = to_eigen(mouth.directions[at.last][p]);
   const Vector3d between = first + at.part * (last - first);
   return between.norm() > 1e-6 ? between.normalized() : first;  // they are opposite
 }

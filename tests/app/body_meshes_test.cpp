@@ -173,10 +173,10 @@ TEST_F(BodyMeshes, ABoxWithACrossedFaceIsClosedInEveryFormat) {
   EXPECT_TRUE(is_closed(mesh));
   EXPECT_EQ(mesh.left_out, "");
   EXPECT_EQ(read_mesh(write("box.ply", ply), "").triangles, mesh.triangles);
-  const MeshSequenceReader sequence(write("0.obj", obj), "");  // in the second file the face does not cross itself
-  std::string later = obj;
+  std::string later = obj;  // in it the face does not cross itself
   later.replace(later.find("0.55 1 0"), 8, "0.00 1 0").replace(later.find("0.45 1 0"), 8, "1.00 1 0");
-  EXPECT_EQ(sequence.read(write("1.obj", later)).triangles, mesh.triangles);
+  const MeshSequenceReader sequence({.files = {write("0.obj", obj), write("1.obj", later)}}, "", "");
+  EXPECT_EQ(sequence.read(1).triangles, mesh.triangles);
 }
 
 TEST_F(BodyMeshes, WhatHasNoAreaIsLeftOutAndReportedOnce) {

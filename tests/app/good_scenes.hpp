@@ -1,5 +1,6 @@
 #pragma once
-// Scene files that must load. The files exists.obj, mesh.PLY and seams.txt must lie beside the scene.
+// Scene files that must load. The files exists.obj, cache.pc2, cache.mdd, mesh.PLY and seams.txt must lie beside the
+// scene.
 
 namespace drench::testing {
 
@@ -118,9 +119,10 @@ cloth:
     weld: off
     sew: [{loops: [[0, 1], [2, 3]]}, {groups: [left, right-side]}, {pairs: [[7, 8]]}, {file: seams.txt}]
     sew_time: 0.75
-    pin: [{nodes: [1], sequence: exists.obj, fps: 30}, {nodes: [2], body: floor}]
+    pin: [{nodes: [1], sequence: exists.obj, fps: 30}, {nodes: [2], body: floor}, {nodes: [3], sequence: cache.mdd}]
   - {name: painted, mesh: {file: mesh.PLY}, regions: [{attribute: wax, friction: 0.9}]}
 bodies:
+  - mesh: {file: mesh.PLY, sequence: cache.pc2, fps: 25}
   - mesh: {sequence: [mesh.PLY, mesh.PLY], fps: 12}
   - box: {min: [-1, -1, -1], max: [1, 2, 1], inside: true, velocity: [0.1, 0, -0.2], adhesion: 0.02, slip: free}
   - name: ball

@@ -14,13 +14,14 @@ namespace drench::testing {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own with exists.obj, mesh.PLY, seams.txt and folder.obj/, removed at the end.
+/// A folder of its own with exists.obj, cache.pc2, cache.mdd, mesh.PLY, seams.txt and folder.obj/, removed at the end.
 class SceneFolder {
  public:
   SceneFolder() {
     path_ = fs::temp_directory_path() / ("drench_scene_loader_" + std::to_string(::getpid()));
     fs::create_directories(path_ / "folder.obj");
     std::ofstream(path_ / "exists.obj") << "v 0 0 0\n";
+    for (const char* cache : {"cache.pc2", "cache.mdd"}) std::ofstream(path_ / cache) << "no cache\n";
     std::ofstream(path_ / "mesh.PLY") << "ply\n";
     std::ofstream(path_ / "seams.txt") << "0 3\n";
   }

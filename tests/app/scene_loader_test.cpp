@@ -248,13 +248,16 @@ ClothScene cloth_that_follows_files() {
   followed.sew[3].kind = SewScene::Kind::file;
   followed.sew[3].file = folder().file("seams.txt");
   followed.sew_time = 0.75;
-  followed.pins.resize(2);
+  followed.pins.resize(3);
   followed.pins[0].kind = PinScene::Kind::nodes;
   followed.pins[0].nodes = {1};
   followed.pins[0].sequence = {{folder().file("exists.obj")}, 30};
   followed.pins[1].kind = PinScene::Kind::nodes;
   followed.pins[1].nodes = {2};
   followed.pins[1].body = "floor";
+  followed.pins[2].kind = PinScene::Kind::nodes;
+  followed.pins[2].nodes = {3};
+  followed.pins[2].sequence.files = {folder().file("cache.mdd")};
   return followed;
 }
 
@@ -318,6 +321,8 @@ std::vector<BodyScene> every_body_key() {
   moving.kind = BodyScene::Kind::mesh;
   moving.file = folder().file("mesh.PLY");
   moving.sequence = {{moving.file, moving.file}, 12};
+  bodies.insert(bodies.begin(), moving);
+  moving.sequence = {{folder().file("cache.pc2")}, 25};
   bodies.insert(bodies.begin(), moving);
   return bodies;
 }

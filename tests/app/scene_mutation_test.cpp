@@ -21,6 +21,7 @@
 
 #include "good_scenes.hpp"
 #include "pipeline/backend.hpp"
+#include "point_caches.hpp"
 #include "run_program.hpp"
 #include "scene/load.hpp"
 #include "scene/schema.hpp"
@@ -228,6 +229,11 @@ void write_meshes(const std::filesystem::path& folder) {
       "wax\n"
       "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n1 0 0 0.5\n0 1 0 0\n0 0 1 0\n"
       "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+  const std::vector<Vec3> solid{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  std::vector<Vec3> sheet;
+  for (const double x : {0.0, 3.0, 6.0, 9.0}) sheet.insert(sheet.end(), {{x, 0, 0}, {x, 0, 1}, {x + 1, 0, 0}});
+  test::write_text(folder / "cache.pc2", test::pc2_of({solid, solid}));
+  test::write_text(folder / "cache.mdd", test::mdd_of({sheet, sheet}, {0, 1}));
 }
 
 /// The program says the same as `line`, with exit code 2; it has more memory.

@@ -1,10 +1,11 @@
-// The mesh readers under libFuzzer: whatever the bytes, a mesh whose triangles have their points, or one line that
-// begins with the file. The first byte selects the format. tools/dev/fuzz builds and runs it.
+// The readers of meshes and point caches under libFuzzer: whatever the bytes, a mesh whose triangles have their points,
+// or one line that begins with the file. The first byte selects the format. tools/dev/fuzz builds and runs it.
 
 #include <unistd.h>
 #include <vtkObject.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -12,13 +13,15 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <vector>
 
 #include "setup/mesh_io.hpp"
+#include "setup/point_cache.hpp"
 #include "setup/setup_error.hpp"
 
 namespace {
 
-const std::array<std::string, 3> endings{"obj", "ply", "stl"};
+const std::array<std::string, 5> endings{"obj", "ply", "stl", "pc2", "mdd"};
 
 [[noreturn]] void wrong(const std::string& what) {
   std::fprintf(stderr, "%s\n", what.c_str());
@@ -29,10 +32,12 @@ void write(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-std::string file_of(std::uint8_t kind) {
+std::size_t kind_of(std::uint8_t first) { return first % endings.size(); }
+
+std::string file_of(std::uint8_t first) {
   static const std::string name =
       std::filesystem::temp_directory_path() / ("mesh_fuzz_" + std::to_string(getpid()) + ".");
-  return name + endings[kind % endings.size()];
+  return name + endings[kind_of(first)];
 }
 
 void check(const drench::SurfaceMesh& mesh) {
@@ -45,12 +50,28 @@ void check(const drench::SurfaceMesh& mesh) {
   if (!mesh.texture.empty() && mesh.texture.size() != mesh.triangles.size()) wrong("texture of other triangles");
 }
 
+void check_cache(const std::string& path) {
+  drench::PointCache cache(path, 24);
+  const std::vector<double>& times = cache.times();
+  if (times.size() != cache.samples() || times.empty() || times.front() < 0) wrong("times of other samples");
+  for (std::size_t k = 0; k < cache.samples(); ++k) {
+    if (k > 0 && !(times[k] > times[k - 1])) wrong("times do not rise");
+    const std::vector<drench::Vec3> points = cache.sample(k);
+    if (points.size() != cache.points()) wrong("another number of points");
+    for (const drench::Vec3& x : points)
+      if (!std::isfinite(x[0] + x[1] + x[2])) wrong("a point that is not finite");
+  }
+}
+
 void must_read(const std::filesystem::path& seed) {
   std::ifstream file(seed, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   const std::string path = file_of(static_cast<std::uint8_t>(bytes[0]));
   write(path, bytes.substr(1));
-  check(drench::read_mesh(path, ""));
+  if (kind_of(static_cast<std::uint8_t>(bytes[0])) > 2)
+    check_cache(path);
+  else
+    check(drench::read_mesh(path, ""));
 }
 
 }  // namespace
@@ -79,7 +100,13 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
           "endfacet\nendsolid a\n");
     write(folder / "stl_binary",
           '\2' + std::string(80, '\0') + '\1' + std::string(3, '\0') + numbers + std::string(2, '\0'));
-    for (const char* name : {"obj", "ply", "ply_binary", "stl", "stl_binary"}) must_read(folder / name);
+    // Two samples of a point, at frames 0 and 1, and at 0 and 1 s.
+    const std::string little_one("\1\0\0\0", 4), little_two("\2\0\0\0", 4), big_one("\0\0\0\1", 4),
+        big_two("\0\0\0\2", 4), zero(4, '\0'), samples(24, '\0');
+    write(folder / "pc2", '\3' + std::string("POINTCACHE2\0", 12) + little_one + little_one + zero +
+                              std::string("\0\0\x80\x3f", 4) + little_two + samples);
+    write(folder / "mdd", '\4' + big_two + big_one + zero + std::string("\x3f\x80\0\0", 4) + samples);
+    for (const char* name : {"obj", "ply", "ply_binary", "stl", "stl_binary", "pc2", "mdd"}) must_read(folder / name);
     break;
   }
   return 0;
@@ -90,13 +117,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string path = file_of(data[0]);
   write(path, std::string(reinterpret_cast<const char*>(data + 1), size - 1));
   try {
-    check(drench::read_mesh(path, "", {.texture = true, .groups = path.ends_with("obj")}));
-    const drench::MeshSequenceReader sequence(path, "");
-    check(sequence.read(path));
+    if (kind_of(data[0]) > 2) {
+      check_cache(path);
+    } else {
+      check(drench::read_mesh(path, "", {.texture = true, .groups = path.ends_with("obj")}));
+      const drench::MeshSequenceReader sequence({{path, path}, 24}, "", "");
+      check(sequence.read(1));
+    }
   } catch (const drench::SetupError& error) {
     const std::string line = error.what();
-    if (!line.starts_with("mesh file '" + path) || line.find('\n') != line.npos)
-      wrong("not one line of its file: " + line);
+    const std::string kind = kind_of(data[0]) > 2 ? "point cache '" : "mesh file '";
+    if (!line.starts_with(kind + path) || line.find('\n') != line.npos) wrong("not one line of its file: " + line);
   }
   std::filesystem::remove(path);
   return 0;

@@ -13,6 +13,7 @@
 #include "base/eigen_vec.hpp"
 #include "mesh_sequence.hpp"
 #include "pipeline/pipeline.hpp"
+#include "point_caches.hpp"
 #include "precision.hpp"
 #include "setup/body_geometry.hpp"
 #include "setup/setup_error.hpp"
@@ -57,6 +58,17 @@ TEST(deforming_body, samples_move_as_in_the_reference) {
   compare_stage({.stage = Stage::prescribed_motion, .scene = scene, .changes = "boundary_velocity"});
   for (const char* field : {"boundary_position", "boundary_velocity", "boundary_volume"})
     compare_stage({.stage = Stage::bodies, .scene = scene, .changes = field});
+}
+
+/// Before the first of its times, between two that are far apart, or close, and after the last.
+TEST(deforming_body, follows_a_point_cache_as_in_the_reference) {
+  const std::string keys = write_mdd("wobbling_cache", ball_mesh(2), {0.012F, 0.02F, 0.025F, 0.055F}, wobbling),
+                    scene = with(wet_scene(), "  - sphere: {center: [0, -0.06, 0], radius: 0.05}",
+                                 "  - mesh: {" + keys + "}");
+  for (const int steps : {2, 9, 12, 30})
+    for (const char* field : {"boundary_position", "boundary_velocity"})
+      compare_stage(
+          {.stage = Stage::bodies, .scene = scene, .steps_before = steps, .changes = steps == 9 ? field : ""});
 }
 
 TEST(deforming_body, stops_cloth_and_liquid_as_in_the_reference) {

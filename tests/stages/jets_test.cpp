@@ -8,6 +8,7 @@
 
 #include "ball_mesh.hpp"
 #include "drench/prescribed.hpp"
+#include "point_caches.hpp"
 #include "quanta_sum.hpp"
 #include "stage_compare.hpp"
 #include "state/nozzle.hpp"
@@ -133,6 +134,15 @@ TEST(jets, of_meshes_agree_with_the_reference) {
         std::string("sequence: \"FILES\", fps: 60, speed: {keys: [[0, 0.5], [0.03, 2]], interpolation: smooth}"),
         std::string("sequence: \"FILES\", fps: 150, speed: 1.5, direction: [0, -1, 0.5], start: 0.005")})
     compare_stage({.stage = Stage::jets, .scene = with_ball(keys), .steps_before = 11, .changes = "fluid_position"});
+}
+
+/// Before the first of its times, which are far apart or close, the mouth stands still.
+TEST(jets, of_a_point_cache_agree_with_the_reference) {
+  const std::string keys = write_mdd("cached_ball", ball_mesh(0), {0.012F, 0.02F, 0.025F, 0.055F}, point_of_ball);
+  const std::string scene =
+      with(wet_scene(), "    - jet:", "    - mesh_jet: {" + keys + ", speed: 1.5, start: 0.005}\n    - jet:");
+  for (const int steps : {3, 6, 11, 20})
+    compare_stage({.stage = Stage::jets, .scene = scene, .steps_before = steps, .changes = "fluid_position"});
 }
 
 TEST(jets, that_move_leave_the_same_particles_with_any_step) {

@@ -52,7 +52,7 @@ const Field<Double3>& hold(DeformingBody& d, std::size_t wanted, const std::arra
 }  // namespace
 
 PointsOfStep points_of_step(DeformingBody& d, double time, double dt) {
-  const FilePart begin = files_at(d.body.shape, time), end = files_at(d.body.shape, time + dt);
+  const FilePart begin = files_at(d.body.shape.time, time), end = files_at(d.body.shape.time, time + dt);
   const std::array<std::size_t, 4> needed{begin.first, begin.last, end.first, end.last};
   const auto held = [&](std::size_t file) { return Entries<const Double3>(hold(d, file, needed)); };
   return {{held(begin.first), held(begin.last), begin.part}, {held(end.first), held(end.last), end.part}};
