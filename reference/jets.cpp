@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "common.hpp"
@@ -91,6 +92,7 @@ class MovingMouth {
     Vector3d offset = vec(jet_.offsets[p]), along = axis(time);
     if (jet_.aim.has_keys()) offset = turn_between(vec(jet_.aim.plain()), along) * offset;
     if (!mouth_.directions.empty()) along = vec(mouth_.directions.front()[p]);
+    if (mouth_.cone) along = spread(along, q);
     const Vector3d centre = vec(m.center) + vec(m.velocity.integral(0, time)) + vec(m.path.at(time)),
                    x = centre + turn * (vec(jet_.scene.center) + offset - vec(m.center)),
                    spin = m.rate.at(time) * vec(m.axis);
@@ -99,6 +101,19 @@ class MovingMouth {
   }
 
  private:
+  /// Particle q's direction in the cone of a spray: on the part of the unit sphere from the pole to the edge, areas are
+  /// in proportion to heights.
+  Vector3d spread(const Vector3d& along, std::int64_t q) const {
+    const auto part_of = [&](double step) {
+      const double x = 0.5 + step * static_cast<double>(q);
+      return x - std::floor(x);
+    };
+    const double height = (1 - mouth_.cone->cosine) * part_of(roberts[0]),
+                 turn = 2 * std::numbers::pi * part_of(roberts[1]), out = std::sqrt(height * (2 - height));
+    return (1 - height) * along +
+           out * (std::cos(turn) * vec(mouth_.cone->across[0]) + std::sin(turn) * vec(mouth_.cone->across[1]));
+  }
+
   Vector3d axis(double time) const { return vec(jet_.aim.at(time)).normalized(); }
 
   std::pair<std::size_t, double> file_at(double time) const {

@@ -79,6 +79,7 @@ void describe(Section& s, JetScene& jet);
 void describe(Section& s, MeshJetScene& jet);
 void describe(Section& s, DrainScene& drain);
 void describe(Section& s, RainScene& rain);
+void describe(Section& s, SprayScene& spray);
 
 // describe_cloth.cpp
 void describe(Section& s, ClothSolverScene& solver);

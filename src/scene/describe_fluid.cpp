@@ -165,6 +165,20 @@ void describe_motion_of(Section& s, NozzleMotionScene& motion) {
                "motion of the emitter, which the liquid adds to its own velocity; without this key it stands still");
 }
 
+void describe(Section& s, SprayScene& spray) {
+  s.one_line();
+  s.required().numbers("center", spray.center, coordinate_range, "m", "the nozzle, inside the domain");
+  s.required().numbers("direction", spray.direction, direction_range, "1",
+                       "axis of the cone; its length does not matter");
+  check_not_zero(s, "direction", spray.direction);
+  s.required().number("half_angle", spray.half_angle, "[0, 180]", "degrees",
+                      "angle between the axis and the edge of the cone, whose directions are equally frequent");
+  s.required().number("speed", spray.speed, "(0, 1000]", "m/s", "speed of the drops relative to the nozzle");
+  s.required().number("flow", spray.flow, "[1e-6, 1e6]", "L/min", "volume per time");
+  describe_motion_of(s, spray.motion);
+  describe_flow(s, spray, "the spray");
+}
+
 void describe(Section& s, MeshJetScene& jet) {
   s.one_line();
   describe_moving_file(
@@ -192,13 +206,14 @@ struct SourceScene {
   BlockScene block;
   std::optional<JetScene> jet;
   std::optional<RainScene> rain;
+  std::optional<SprayScene> spray;
   std::optional<MeshJetScene> mesh_jet;
 };
 
 void describe(Section& s, SourceScene& source) {
   using Shape = BlockScene::Shape;
   BlockScene& block = source.block;
-  const bool full = !source.jet && !source.rain && !source.mesh_jet;
+  const bool full = !source.jet && !source.rain && !source.spray && !source.mesh_jet;
   const auto shape = [&](Shape value) -> Section& { return s.saved_if(full).one_of(block.shape, value); };
   shape(Shape::box).section("block", block, "box that is filled with liquid at the start");
   shape(Shape::sphere).section("sphere", block, describe_sphere, "sphere that is filled with liquid at the start");
@@ -212,6 +227,7 @@ void describe(Section& s, SourceScene& source) {
   s.one_of().section("jet", source.jet, "emitter: a round or rectangular nozzle");
   s.one_of().section("mesh_jet", source.mesh_jet, "emitter: the faces of a mesh file");
   s.one_of().section("rain", source.rain, "emitter: drops that fall from a horizontal rectangle");
+  s.one_of().section("spray", source.spray, "emitter: drops that leave a nozzle in all directions of a cone");
 }
 
 /// Between two keys the axis turns the short way, which opposite directions do not have.
@@ -307,17 +323,21 @@ void describe(Section& s, FluidScene& fluid) {
   for (const BlockScene& block : fluid.blocks) sources.emplace_back().block = block;
   for (const JetScene& jet : fluid.jets) sources.emplace_back().jet = jet;
   for (const RainScene& rain : fluid.rains) sources.emplace_back().rain = rain;
+  for (const SprayScene& spray : fluid.sprays) sources.emplace_back().spray = spray;
   for (const MeshJetScene& jet : fluid.mesh_jets) sources.emplace_back().mesh_jet = jet;
   s.list("sources", sources, "sources of liquid; required unless the scene has porous cloth");
   fluid.blocks.clear();
   fluid.jets.clear();
   fluid.rains.clear();
+  fluid.sprays.clear();
   fluid.mesh_jets.clear();
   for (const SourceScene& source : sources) {
     if (source.jet)
       fluid.jets.push_back(*source.jet);
     else if (source.rain)
       fluid.rains.push_back(*source.rain);
+    else if (source.spray)
+      fluid.sprays.push_back(*source.spray);
     else if (source.mesh_jet)
       fluid.mesh_jets.push_back(*source.mesh_jet);
     else

@@ -81,7 +81,7 @@ void check_sections(Section& s, const Scene& scene) {
   s.check(!scene.output.fabric || porous, "output.fabric",
           "requires absorbent cloth, and the scene has none; allowed: true only if a cloth has the key porous");
   s.check(!scene.fluid.present || !scene.fluid.blocks.empty() || !scene.fluid.jets.empty() ||
-              !scene.fluid.rains.empty() || !scene.fluid.mesh_jets.empty() || porous,
+              !scene.fluid.rains.empty() || !scene.fluid.sprays.empty() || !scene.fluid.mesh_jets.empty() || porous,
           "fluid.sources",
           "is missing; allowed: a list of maps; only scenes with porous cloth, which can drip, may omit it");
   for (const char* key : {"preset", "processes"})

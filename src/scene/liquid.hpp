@@ -116,6 +116,21 @@ struct RainScene {
   bool operator==(const RainScene&) const = default;
 };
 
+/// A source of liquid: drops that leave a nozzle in all directions of a cone.
+struct SprayScene {
+  Vec3 center{0, 0, 0};                                  // m; of the nozzle
+  Vec3 direction{0, -1, 0};                              // of the cone's axis; its length does not matter
+  double half_angle = 30;                                // °; between the axis and the edge of the cone
+  double speed = 10;                                     // m/s
+  double flow = 1;                                       // L/min
+  NozzleMotionScene motion{};                            // of the nozzle, with its axis
+  double start = 0.0;                                    // s
+  double end = std::numeric_limits<double>::infinity();  // s
+  double concentration = 0;                              // kg/kg; of its solute
+
+  bool operator==(const SprayScene&) const = default;
+};
+
 /// A region that removes the liquid that enters it.
 struct DrainScene {
   enum class Shape { box, sphere, plane };
@@ -157,6 +172,7 @@ struct FluidScene {
   std::vector<BlockScene> blocks;                           // sources that are there at the start
   std::vector<JetScene> jets;                               // sources that flow
   std::vector<RainScene> rains;                             // sources that rain
+  std::vector<SprayScene> sprays;                           // sources that spray
   std::vector<MeshJetScene> mesh_jets;                      // sources that flow from the faces of a mesh
   std::vector<DrainScene> drains;                           // what removes liquid
 

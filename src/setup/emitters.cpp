@@ -43,6 +43,22 @@ std::vector<std::pair<int, int>> layer_points(double area) {
   return points;
 }
 
+/// Two unit vectors normal to a unit vector and to each other.
+std::array<Vec3, 2> across(const Vector3d& axis) {
+  int smallest = 0;
+  axis.cwiseAbs().minCoeff(&smallest);
+  const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized();
+  return {to_vec3(u), to_vec3(axis.cross(u))};
+}
+
+/// Points of a disc (m²) whose plane is along `sides`.
+std::vector<Vec3> disc_points(double area, double d, const std::array<Vec3, 2>& sides) {
+  std::vector<Vec3> points;
+  for (const auto& [a, b] : layer_points(area / (d * d)))
+    points.push_back(to_vec3(d * (a * to_eigen(sides[0]) + b * to_eigen(sides[1]))));
+  return points;
+}
+
 /// Speeds and directions at the keys apart, so that a jet that turns does not slow down, and one that closes keeps its
 /// axis.
 void aim_by_keys(Jet& jet) {
@@ -71,9 +87,6 @@ int layers_along(double side, double d) {
   const int layers = std::max(1, static_cast<int>(std::lround(side / d)));
   return side / layers > widest * d ? layers + 1 : layers;
 }
-
-/// Steps of Roberts' sequence: 1/g and 1/g² of the root g of g³ = g + 1. Points that follow each other are far apart.
-constexpr std::array<double, 2> roberts{0.7548776662466927, 0.5698402909980532};
 
 /// A lattice that fills a rectangle with these sides, in an order in which neighbours are far apart.
 std::vector<Vec3> rectangle_points(const std::array<double, 2>& size, const Vector3d& across, const Vector3d& up,
@@ -135,10 +148,14 @@ void check_count(double points, double most, double d, const std::string& name) 
 }  // namespace
 
 std::string jet_label(const Model& model, std::size_t number) {
-  const std::size_t jets = model.scene.fluid.jets.size(), rains = jets + model.scene.fluid.rains.size();
-  if (number < jets) return fmt::format("fluid: jet {}", number);
-  return number < rains ? fmt::format("fluid: rain {}", number - jets)
-                        : fmt::format("fluid: mesh_jet {}", number - rains);
+  const FluidScene& fluid = model.scene.fluid;
+  const std::array<std::pair<const char*, std::size_t>, 4> kinds{{{"jet", fluid.jets.size()},
+                                                                  {"rain", fluid.rains.size()},
+                                                                  {"spray", fluid.sprays.size()},
+                                                                  {"mesh_jet", fluid.mesh_jets.size()}}};
+  std::size_t kind = 0;
+  while (kind + 1 < kinds.size() && number >= kinds[kind].second) number -= kinds[kind++].second;
+  return fmt::format("fluid: {} {}", kinds[kind].first, number);
 }
 
 Jet make_jet(const Model& model, const JetScene& scene, const std::string& name) {
@@ -163,10 +180,7 @@ Jet make_jet(const Model& model, const JetScene& scene, const std::string& name)
   check_count(jet.area / (d * d), max_mouth_points, d, name);
   const Vector3d axis = velocity / speed;
   if (disc) {
-    int smallest = 0;
-    axis.cwiseAbs().minCoeff(&smallest);
-    const Vector3d u = axis.cross(Vector3d::Unit(smallest)).normalized(), v = axis.cross(u);
-    for (const auto& [a, b] : layer_points(jet.area / (d * d))) jet.offsets.push_back(to_vec3(d * (a * u + b * v)));
+    jet.offsets = disc_points(jet.area, d, across(axis));
   } else {
     const Vector3d up = up_across(scene, axis, name);
     jet.offsets = rectangle_points(scene.size, up.cross(axis), up, d);
@@ -215,6 +229,34 @@ Jet make_mesh_jet(const Model& model, const MeshJetScene& scene, const std::stri
     mouth.points = faces.points;
     mouth.fastest_file = faces.fastest;
   }
+  mouth.volumes = volumes_at_keys(jet);
+  check_inside(model, jet, name);
+  return jet;
+}
+
+Jet make_spray(const Model& model, const SprayScene& scene, const std::string& name) {
+  constexpr double litres_per_minute = 1e-3 / 60;  // m³/s
+  const double d = model.spacing;
+  const Vector3d axis = to_eigen(scene.direction).normalized();
+  const std::array<Vec3, 2> sides = across(axis);
+  Jet jet;
+  jet.scene.center = scene.center;
+  jet.scene.start = scene.start;
+  jet.scene.end = scene.end;
+  jet.scene.concentration = scene.concentration;
+  jet.scene.motion = scene.motion;
+  jet.solute = solute_quanta(model, scene.concentration, quanta_per_particle);
+  jet.area = scene.flow * litres_per_minute / scene.speed;
+  check_count(jet.area / (d * d), max_mouth_points, d, name);
+  jet.offsets = disc_points(jet.area, d, sides);
+  jet.speed = scene.speed;
+  jet.aim = to_vec3(axis);
+  Mouth& mouth = jet.mouth.emplace();
+  mouth.motion = motion_of(scene.motion, scene.center, reach_of(jet.offsets));
+  mouth.stride = golden_stride(static_cast<std::int64_t>(jet.offsets.size()));
+  mouth.moves = moves(scene.motion);
+  mouth.area = jet.area;
+  mouth.cone = {std::cos(scene.half_angle * std::numbers::pi / 180), sides};
   mouth.volumes = volumes_at_keys(jet);
   check_inside(model, jet, name);
   return jet;
@@ -271,11 +313,13 @@ Jet make_rain(const Model& model, const RainScene& scene, const std::string& nam
 std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings) {
   std::vector<Jet> jets;
   const FluidScene& fluid = model.scene.fluid;
-  const std::size_t rains = fluid.jets.size(), meshes = rains + fluid.rains.size();
+  const std::size_t rains = fluid.jets.size(), sprays = rains + fluid.rains.size(),
+                    meshes = sprays + fluid.sprays.size();
   for (std::size_t j = 0; j < meshes + fluid.mesh_jets.size(); ++j) {
     const std::string name = jet_label(model, j);
     Jet jet = j < rains    ? make_jet(model, fluid.jets[j], name)
-              : j < meshes ? make_rain(model, fluid.rains[j - rains], name)
+              : j < sprays ? make_rain(model, fluid.rains[j - rains], name)
+              : j < meshes ? make_spray(model, fluid.sprays[j - sprays], name)
                            : make_mesh_jet(model, fluid.mesh_jets[j - meshes], name);
     if (j >= meshes) {
       const PlacedFile& placed = fluid.mesh_jets[j - meshes].placed;

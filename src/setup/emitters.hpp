@@ -1,5 +1,5 @@
 #pragma once
-// The sources that flow: nozzles and rain.
+// The sources that flow: nozzles, sprays and rain.
 
 #include <string>
 #include <vector>
@@ -10,7 +10,8 @@ namespace drench {
 
 inline constexpr double max_mouth_points = 1e6;
 
-/// "fluid: jet 1", "fluid: rain 2", "fluid: mesh_jet 3": of an entry of Model::jets, which has them in this order.
+/// "fluid: jet 1", "fluid: rain 2", "fluid: spray 0", "fluid: mesh_jet 3": of an entry of Model::jets, which has them
+/// in this order.
 std::string jet_label(const Model& model, std::size_t number);
 
 /// Lattice and interval of a jet, which a SetupError calls `name`. Needs model.spacing. SetupError: a radius below d/2
@@ -22,11 +23,15 @@ Jet make_jet(const Model& model, const JetScene& scene, const std::string& name)
 /// above, and for drops that are larger than a particle, or fall along no direction.
 Jet make_rain(const Model& model, const RainScene& scene, const std::string& name);
 
+/// A spray as a jet from a disc whose area is flow over speed: particles leave in the directions of a low-discrepancy
+/// sequence on the cone. SetupError, as above.
+Jet make_spray(const Model& model, const SprayScene& scene, const std::string& name);
+
 /// The faces of a mesh as a jet. Reads its files. SetupError, as above, and those of emitting_faces().
 Jet make_mesh_jet(const Model& model, const MeshJetScene& scene, const std::string& name);
 
-/// The same of all jets of the scene, followed by its rains and its mesh_jets. Needs model.bodies. A warning counts the
-/// points of a mouth that are in a solid.
+/// The same of all jets of the scene, followed by its rains, sprays and mesh_jets. Needs model.bodies. A warning counts
+/// the points of a mouth that are in a solid.
 std::vector<Jet> make_jets(const Model& model, std::vector<std::string>& warnings);
 
 }  // namespace drench

@@ -34,6 +34,7 @@ void set_concentration_unit(Model& model) {
   for (const BlockScene& block : model.scene.fluid.blocks) most = std::max(most, block.concentration);
   for (const JetScene& jet : model.scene.fluid.jets) most = std::max(most, jet.concentration);
   for (const RainScene& rain : model.scene.fluid.rains) most = std::max(most, rain.concentration);
+  for (const SprayScene& spray : model.scene.fluid.sprays) most = std::max(most, spray.concentration);
   for (const MeshJetScene& jet : model.scene.fluid.mesh_jets) most = std::max(most, jet.concentration);
   for (std::size_t c = 0; c < model.cloths.size(); ++c)
     most = std::max(most, most_of_cloth(model.scene.cloths[c], model, c));
@@ -76,6 +77,7 @@ void warn_of_thin_solute(const Model& model, std::vector<std::string>& warnings)
   for (std::size_t b = 0; b < fluid.blocks.size(); ++b)
     look(kind_of(fluid.blocks[b]), b, fluid.blocks[b].concentration);
   for (std::size_t j = 0; j < fluid.jets.size(); ++j) look("jet", j, fluid.jets[j].concentration);
+  for (std::size_t j = 0; j < fluid.sprays.size(); ++j) look("spray", j, fluid.sprays[j].concentration);
   for (std::size_t j = 0; j < fluid.mesh_jets.size(); ++j) look("mesh_jet", j, fluid.mesh_jets[j].concentration);
 }
 

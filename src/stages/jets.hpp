@@ -1,7 +1,7 @@
 #pragma once
 // Stage jets: lets particles go from the nozzles, one by one.
 //
-// Law:    docs/theory/liquid.md, Where liquid comes from (Eqs. 28 to 29f); docs/theory/keys.md, Jets.
+// Law:    docs/theory/liquid.md, Where liquid comes from (Eqs. 28 to 29f, 29h); docs/theory/keys.md, Jets.
 // Reads:  Model::jets, time (s), jet_particles.
 // Writes: fluid_* (appended with ids in order, age 0, Origin::jet or mouth, Jet::mass), next_id, jet_particles,
 //         supplied (quanta).

@@ -185,8 +185,8 @@ struct FabricPairs {
   Rows of_node;  // node → items 2·pair + side
 };
 
-/// The mouth of an emitter that moves or is a mesh: each particle leaves at a time of its own, from where the mouth is
-/// then (state/nozzle.hpp). Meshes of a sequence have an entry per file of what changes, others one.
+/// The mouth of an emitter that moves, sprays or is a mesh: each particle leaves at a time of its own, from where the
+/// mouth is then (state/nozzle.hpp). Meshes of a sequence have an entry per file of what changes, others one.
 struct Mouth {
   PinMotion motion;                       // of a mouth that moves as a whole; `center` as Jet::scene has it, or its own
   std::vector<std::vector<Vec3>> points;  // m: of each file; empty: Jet::offsets, as a whole
@@ -201,6 +201,12 @@ struct Mouth {
   } volumes;
   double fastest_file = 0;  // m/s: of the points of a sequence
   bool moves = false;
+  /// Of a spray: the directions around the jet's axis, before its motion.
+  struct Cone {
+    double cosine = 1;             // of the half angle
+    std::array<Vec3, 2> across{};  // unit, normal to the axis and to each other
+  };
+  std::optional<Cone> cone;
 };
 
 struct Jet {

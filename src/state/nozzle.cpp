@@ -77,9 +77,21 @@ Leaving point_at(const Jet& jet, std::size_t p, double time) {
   return jet.mouth->points.empty() ? carried(jet, jet.offsets[p], time) : carried_by_files(*jet.mouth, p, time);
 }
 
-/// Unit: where the liquid of a point goes, seen from the mouth.
-Vector3d direction_at(const Jet& jet, std::size_t p, double time) {
+/// Unit: where particle k of a spray goes before the motion of the mouth. Equal parts of the cone's solid angle have
+/// equally many.
+Vector3d direction_in_cone(const Jet& jet, const Mouth::Cone& cone, std::int64_t k) {
+  const auto number = static_cast<double>(k);
+  const double part = std::fmod(0.5 + roberts[0] * number, 1.0), turn = std::fmod(0.5 + roberts[1] * number, 1.0),
+               cosine = 1 - part * (1 - cone.cosine), sine = std::sqrt(std::max(0.0, 1 - cosine * cosine)),
+               angle = 2 * std::numbers::pi * turn;
+  return cosine * to_eigen(jet.aim.plain()) +
+         sine * (std::cos(angle) * to_eigen(cone.across[0]) + std::sin(angle) * to_eigen(cone.across[1]));
+}
+
+/// Unit: where particle k goes, which leaves from point p, seen from the mouth.
+Vector3d direction_at(const Jet& jet, std::size_t p, std::int64_t k, double time) {
   const Mouth& mouth = *jet.mouth;
+  if (mouth.cone) return turn_at(mouth.motion, time) * direction_in_cone(jet, *mouth.cone, k);
   if (mouth.directions.empty()) return turn_at(mouth.motion, time) * axis_at(jet, time);
   if (mouth.points.empty()) return turn_at(mouth.motion, time) * to_eigen(mouth.directions[0][p]);
   const FilePart at = files_at(mouth.time, time);
@@ -139,7 +151,8 @@ Leaving leaving_particle(const Jet& jet, std::int64_t k, double time) {
                     p = point_of(*jet.mouth, points, k, time);
   Leaving particle = point_at(jet, p, time);
   const double factor = jet.mouth->directions.empty() ? 1 : faces_speed_factor;
-  particle.velocity = to_vec3(to_eigen(particle.velocity) + factor * jet.speed.at(time) * direction_at(jet, p, time));
+  particle.velocity =
+      to_vec3(to_eigen(particle.velocity) + factor * jet.speed.at(time) * direction_at(jet, p, k, time));
   return particle;
 }
 

@@ -1,7 +1,8 @@
 #pragma once
-// Emitters whose nozzle moves or is a mesh: how much has come out by a time, and where and how fast a particle leaves.
-// docs/theory/liquid.md, Where liquid comes from (Eqs. 29b to 29f).
+// Emitters whose nozzle moves, sprays or is a mesh: how much has come out by a time, and where and how fast a particle
+// leaves. docs/theory/liquid.md, Where liquid comes from (Eqs. 29b to 29f, 29h).
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -12,6 +13,9 @@ namespace drench {
 /// Liquid leaves faces faster than their flow over their area by so much: their points lie in no lattice, and a stream
 /// that is denser than at rest anywhere would burst.
 inline constexpr double faces_speed_factor = 1.05;
+
+/// Steps of Roberts' sequence: 1/g and 1/g² of the root g of g³ = g + 1. Points that follow each other are far apart.
+inline constexpr std::array<double, 2> roberts{0.7548776662466927, 0.5698402909980532};
 
 /// Mouth::volumes of a jet that has all else.
 Mouth::Volumes volumes_at_keys(const Jet& jet);

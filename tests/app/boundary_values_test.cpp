@@ -47,6 +47,7 @@ fluid:
   sources:
     - block: {min: [-0.04, 0.1, -0.04], max: [0.04, 0.16, 0.04]}
     - rain: {center: [0, 0.25, 0], size: [0.1, 0.1], rate: 50000, diameter: 0.003}
+    - spray: {center: [0, 0.2, 0.05], direction: [1, 0, 0], half_angle: 40, speed: 2, flow: 20, motion: {velocity: [0, 0, 1]}}
   drains: [{sphere: {center: [0, -0.1, 0], radius: 0.05}}]
 cloth:
   - mesh: {grid: {size: [0.1, 0.1], nodes: [5, 5]}}

@@ -87,7 +87,7 @@ TEST(SceneDifference, NamesTheFirstKey) {
   EXPECT_EQ(swapped("gravity: [0.1, -1.62, 0.2]", "gravity: [0.1, -1.62, 0.3]"),
             "gravity was [0.1, -1.62, 0.2], is [0.1, -1.62, 0.3]");
   EXPECT_EQ(swapped("strain_limit: 0.05\n", "strain_limit: 0.06\n"), "cloth.0.strain_limit was 0.05, is 0.06");
-  EXPECT_EQ(swapped(", end: 1.5}", "}"), "fluid.sources.5.jet.end was 1.5 and is not given now");
+  EXPECT_EQ(swapped(", end: 1.5}", "}"), "fluid.sources.6.jet.end was 1.5 and is not given now");
   EXPECT_EQ(swapped("density: 998\n", "density: 998\n  x: 5\n"), "fluid.x was not given and is 5 now");
 }
 

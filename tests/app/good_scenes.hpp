@@ -39,6 +39,9 @@ fluid:
         rotate: {axis: [1, 1, 0], degrees: 5}, velocity: [0, 0, 1], concentration: 0.05}
     - rain: {center: [0.5, 2, 0.5], size: [0.4, 0.6], rate: 300, diameter: 0.004, velocity: [0, -6, 1], start: 0.25,
         end: 2, concentration: 0.015}
+    - spray: {center: [0, 1, 0.5], direction: [1, -2, 0], half_angle: 15, speed: 12, flow: 2.5, start: 0.75, end: 4,
+        concentration: 0.025, motion: {velocity: [0, 0, 0.1], offset: [[0, [0, 0, 0]], [2, [0, 0.2, 0]]],
+        spin: {axis: [1, 0, 0], degrees_per_second: 20, center: [0, 1, 0]}}}
     - jet: {center: [1, 1, 1], radius: 0.07, velocity: [0, -2, 0], concentration: 0.04, start: 0.5, end: 1.5}
     - jet: {center: [1, 2, 1], radius: 0.08, velocity: [[0, [0, -3, 0]], [0.5, [1, -2, 0.5]]], end: .inf}
     - jet: {center: [0, 1, 0], size: [0.2, 0.1], up: [0, 0, 2], velocity: [0, -1, 0], motion: {velocity: [0.1, 0, 0],

@@ -49,6 +49,16 @@ FluidScene every_liquid_key() {
   f.blocks.push_back({{}, {0, 0, 1}, 0.05, Shape::particles});
   f.blocks.back().placed = {folder().file("mesh.PLY"), 30, LengthUnit::mm, UpAxis::x, {3, 2, 1}, {1, 1, 0}, 5};
   f.rains = {{{0.5, 2, 0.5}, {0.4, 0.6}, 300, 0.004, Vec3{0, -6, 1}, 0.25, 2, 0.015}};
+  f.sprays = {
+      {{0, 1, 0.5},
+       {1, -2, 0},
+       15,
+       12,
+       2.5,
+       {Vec3{0, 0, 0.1}, {{{0, {0, 0, 0}}, {2, {0, 0.2, 0}}}, Interpolation::linear}, {{1, 0, 0}, 20}, Vec3{0, 1, 0}},
+       0.75,
+       4,
+       0.025}};
   f.jets = {{{1, 1, 1}, 0.07, {0, -2, 0}, 0.5, 1.5, 0.04},
             {{1, 2, 1},
              0.08,

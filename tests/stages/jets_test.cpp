@@ -85,6 +85,62 @@ TEST(jets, that_a_program_changes_agree_with_the_reference) {
                  .changes = "fluid_position"});
 }
 
+TEST(jets, of_sprays_agree_with_the_reference) {
+  for (const std::string keys :
+       {"half_angle: 25, speed: 3, flow: 5}", "half_angle: 180, speed: 2, flow: 120, start: 0.003, end: 0.03}",
+        "half_angle: 0, speed: 4, flow: 30}"})
+    compare_stage(
+        {.stage = Stage::jets,
+         .scene = with(wet_scene(), "sources:\n",
+                       "sources:\n    - spray: {center: [0.02, 0.3, 0.1], direction: [1, -2, 0.5], " + keys + "\n"),
+         .steps_before = 11,
+         .changes = "fluid_position"});
+  compare_stage({.stage = Stage::jets,
+                 .scene = with(wet_scene(), "sources:\n",
+                               "sources:\n    - spray: {center: [0, 0.3, 0.1], direction: [0, -1, 0], half_angle: 60, "
+                               "speed: 2, flow: 60, " +
+                                   std::string(motion) + "\n"),
+                 .steps_before = 11,
+                 .changes = "fluid_position"});
+}
+
+/// Drops fly freely here, so that each keeps the velocity with which it left.
+TEST(jets, of_a_spray_fill_the_cone_evenly) {
+  for (const double half_angle : {5.0, 30.0, 90.0, 150.0}) {
+    SCOPED_TRACE(half_angle);
+    const auto setup = setup_from(fmt::format(
+        "drench: 1\ndomain: {{min: [-9, -9, -9], max: [9, 9, 9]}}\nfluid:\n  spacing: 0.01\n  sources:\n"
+        "    - spray: {{center: [1, 2, 3], direction: [2, -1, 2], half_angle: {}, speed: 4, flow: 300, start: 0.01, "
+        "end: 0.8}}\n",
+        half_angle));
+    const Eigen::Vector3d axis = Eigen::Vector3d(2, -1, 2) / 3;
+    const auto backend = make_kokkos_backend(setup.model);
+    const HostState s = flow_on(setup.model, setup.state, *backend, 0.004, 250);
+    const double particles = 300e-3 / 60 * 0.79 / 1e-6, edge = std::cos(half_angle * std::numbers::pi / 180);
+    EXPECT_NEAR(static_cast<double>(s.fluid_count()), particles, 0.501);
+    EXPECT_EQ(s.supplied - setup.state.supplied, s.fluid_count() * quanta_per_particle);
+    double sum = 0, least = 1, speed = 0;
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    std::array<int, 4> rings{};  // of equal solid angle
+    for (const Vec3& velocity : s.fluid_velocity) {
+      const Eigen::Vector3d v = to_eigen(velocity);
+      const double cosine = v.dot(axis) / v.norm();
+      sum += cosine;
+      least = std::min(least, cosine);
+      speed = std::max(speed, std::abs(v.norm() - 4));
+      mean += v / particles;
+      ++rings[static_cast<std::size_t>(std::clamp(4 * (1 - cosine) / (1 - edge), 0.0, 3.0))];
+    }
+    EXPECT_GE(least, edge - 1e-6);
+    EXPECT_LT(least, edge + 0.01 * (1 - edge)) << "up to the edge";
+    EXPECT_LT(speed, 1e-5);
+    const double scatter = (1 - edge) / std::sqrt(12 * particles);  // of particles in random directions
+    EXPECT_NEAR(sum / particles, 0.5 * (1 + edge), 3 * scatter);
+    EXPECT_LT((mean - mean.dot(axis) * axis).norm(), 4 / std::sqrt(particles));
+    for (const int count : rings) EXPECT_NEAR(count, particles / 4, 3 * std::sqrt(particles));
+  }
+}
+
 /// Particles of several drops each, which leave at an angle.
 TEST(jets, of_rain_agrees_with_the_reference) {
   compare_stage(

@@ -206,8 +206,8 @@ TEST_P(Restart, EmittersThatMoveAndDrains) {
     return Eigen::Vector3d((0.03 + 0.005 * k) * x + Eigen::Vector3d(0.02 * k, 0.2, 0.01 * k * k));
   });
   const Happened h =
-      run(with(emitters_scene,
-               "  drains:", "    - mesh_jet: {sequence: \"" + files + "\", fps: 40, speed: 0.7}\n  drains:"),
+      run(with(emitters_scene, "  drains:",
+               "    - mesh_jet: {sequence: \"" + files + "\", fps: 40, speed: 0.7}\n" + moving_spray + "  drains:"),
           60);
   expect(h.jets, "jet");
   expect(h.drained, "drain");

@@ -157,6 +157,12 @@ void SceneDraw::fluid() {
         "velocity: [0, {:.3g}, 0]}}\n",
         uniform(0.05, 0.3), usually(1e3, 1e5, 1, 1e6), usually(5e-4, 5e-3, 1e-5, 0.01), -speed);
   });
+  yaml += drawn_by(sprays_, 0.08, [&] {
+    return fmt::format(
+        "    - spray: {{center: [{:.3g}, 0.35, 0], direction: [{:.3g}, -1, 0.2], half_angle: {:.3g}, speed: {:.3g}, "
+        "flow: {:.3g}}}\n",
+        uniform(-0.1, 0.1), uniform(-1, 1), uniform(0, 90), usually(0.5, 8, 0.01, 60), usually(0.5, 40, 1e-3, 200));
+  });
   const std::string drains = drawn_by(newest_, 0.06, [&] {
     return chance(0.5) ? fmt::format("  drains: [{{plane: {{point: [0, {:.3g}, 0], normal: [0, 1, 0]}}}}]\n",
                                      uniform(-0.3, 0.1))

@@ -21,8 +21,8 @@ struct RandomScene {
 class SceneDraw {
  public:
   /// `narrow`: without wind, spins, slip, adhesion of bodies, keyed values, sample_spacing, regions, time.mode error,
-  /// mirrored walls, named fabrics, films, compressible fabric, soft pins, drains, rain, hinges, hysteresis and
-  /// pores of two sizes.
+  /// mirrored walls, named fabrics, films, compressible fabric, soft pins, drains, rain, sprays, hinges,
+  /// hysteresis and pores of two sizes.
   explicit SceneDraw(std::uint64_t seed, bool narrow = false)
       : random_(seed),
         more_(seed + 0x9e3779b97f4a7c15),
@@ -32,6 +32,7 @@ class SceneDraw {
         newest_(seed + 0x1715609d9f3bcd89),
         latest_(seed + 0xb54cda58fbee4a26),
         porous_(seed + 0x9e6c63d0876a9a47),
+        sprays_(seed + 0x52dce729da3ed6c3),
         narrow_(narrow) {}
   RandomScene scene();
 
@@ -71,7 +72,7 @@ class SceneDraw {
   void rotating_frame();
   std::string motion();
 
-  std::mt19937_64 random_, more_, dyes_, patches_, others_, newest_, latest_, porous_;
+  std::mt19937_64 random_, more_, dyes_, patches_, others_, newest_, latest_, porous_, sprays_;
   bool narrow_;
   RandomScene drawn_;
   bool wild_ = false;                         // values anywhere in their ranges

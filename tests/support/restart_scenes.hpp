@@ -124,6 +124,11 @@ bodies:
   - box: {min: [-0.15, 0, -0.1], max: [0.15, 0.3, 0.1], inside: true}
 )";
 
+/// A source for it.
+inline constexpr const char* moving_spray =
+    "    - spray: {center: [0, 0.2, 0.05], direction: [0, -1, 0], half_angle: 50, speed: 1.5, flow: 30, start: 0.003, "
+    "motion: {offset: [[0, [0, 0, 0]], [0.05, [0.03, 0, 0]]]}}\n";
+
 /// All that keys move: a jet, a wind, the frame, pins, a ball and a floor, each with keys between which the first steps
 /// end.
 inline constexpr const char* keyed_scene = R"(drench: 1
