@@ -144,7 +144,8 @@ EnergyInput energy_input(const Model& m, const HostState& before, const HostStat
   }
   const std::unordered_set<std::int64_t> old(before.fluid_id.begin(), before.fluid_id.end());
   for (std::size_t i = 0; i < now.fluid_id.size(); ++i) {
-    if (now.fluid_origin[i] != static_cast<std::uint8_t>(Origin::jet) || old.contains(now.fluid_id[i])) continue;
+    const auto origin = static_cast<Origin>(now.fluid_origin[i]);
+    if ((origin != Origin::jet && origin != Origin::mouth) || old.contains(now.fluid_id[i])) continue;
     in.jets += particle_energy(m, now, i);
     in.jet_motion += 0.5 * kilograms(m, now.fluid_mass[i]) * to_eigen(now.fluid_velocity[i]).squaredNorm();
   }

@@ -8,7 +8,7 @@ namespace drench::test {
 /// J, within one step.
 struct EnergyInput {
   double pins = 0;            ///< work of the pins that move
-  double jets = 0;            ///< energy of new particles out of jets
+  double jets = 0;            ///< energy of new particles out of emitters
   double jet_motion = 0;      ///< the part of it that is motion
   double drained = 0;         ///< energy of particles that left the domain, as they were before
   double exchanged = 0;       ///< at most: liquid that goes into cloth, out of it or along it is lifted by its reach
