@@ -94,6 +94,7 @@ Pins pinned_nodes(const ClothScene& cloth, const PlacedMesh& placed, const std::
 void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins, const Weld& weld) {
   const std::size_t first = model.mesh.rest_position.size() - pins.entry.size();
   std::vector<std::uint8_t>& baked = model.mesh.baked;
+  const bool absorbs = any_fabric(cloth, [](const MaterialScene& f) { return f.porous; });
   const std::vector<Vec3> rest(model.mesh.rest_position.begin() + static_cast<std::ptrdiff_t>(first),
                                model.mesh.rest_position.end());
   for (std::size_t entry = 0; entry < cloth.pins.size(); ++entry) {
@@ -105,7 +106,7 @@ void follow_sequences(Model& model, const ClothScene& cloth, const Pins& pins, c
       if (pins.entry[n] != static_cast<Index>(entry)) continue;
       model.mesh.pin_motion[first + n] = static_cast<Index>(model.pin_motions.size());
       baked.resize(model.mesh.rest_position.size(), 0);
-      baked[first + n] = cloth.dynamics && model.mesh.pinned[first + n];
+      baked[first + n] = absorbs && cloth.dynamics && model.mesh.pinned[first + n];
       PinMotion motion;
       motion.center = rest[n];
       motion.path = paths[n];

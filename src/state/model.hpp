@@ -96,7 +96,7 @@ struct ClothMesh {
   std::vector<Index> pin_motion;  // per node: index into Model::pin_motions, −1 if it has none; empty if no pin moves
   std::vector<double> pin_stiffness;  // per node, N/m: of soft pins, whose nodes are not `pinned`; empty without them
   std::vector<Index> pin_entry;       // per node: which of its cloth's `pin` entries holds it, −1: none
-  std::vector<std::uint8_t> baked;    // 1: pinned to a sequence of files; nodes beyond its end are not
+  std::vector<std::uint8_t> baked;    // 1: of absorbent cloth, pinned to a sequence of files
   // node → constraint rows; an item is edge id (stitches follow the edges), or 4·hinge + corner
   Rows node_edges;
   Rows node_hinges;
