@@ -173,7 +173,11 @@ std::pair<double, double> conducts_at_most(const ClothMaterial& c) {
     const double full = 1 - w + w * narrowing * narrowing, height = narrowing * narrowing * steep;
     double most = c.has_hysteresis() ? full * steepening(c) / (1 - w) : narrowing;
     if (top > 1) most = std::max(most, full * above);
-    return {beta * most + height * (c.has_hysteresis() ? suction_jump(c) : 1 - 1 / narrowing), height};
+    // Large pores that are full beside empty ones conduct as the mean of the power does.
+    const double jump = c.has_hysteresis()
+                            ? height * suction_jump(c)
+                            : narrowing * narrowing / (e + 1) * std::max(1.0, above) * (1 - 1 / narrowing);
+    return {beta * most + jump, height};
   }
   if (c.has_hysteresis()) return {beta * std::max(above, steepening(c)) + steep * suction_jump(c), steep};
   if (beta != 1) return {beta * above, std::max(1.0, (e + beta) * std::pow(top, std::max(0.0, e - 1)))};

@@ -56,7 +56,9 @@ inline MobilityBound mobility_bound(double n, double max_saturation, const Reten
     const double height = wide * std::max(1.0, n * std::pow(max_saturation, n - 1));
     const double above = max_saturation > 1 ? full * std::pow(max_saturation, n + c.beta - 1) : 0;
     if (c.ratio > 1) return {c.beta * std::max(full * c.scanning() / (1 - c.large), above) + height * c.jump(), height};
-    return {c.beta * std::max(c.narrowing, above) + height * (1 - 1 / c.narrowing), height};
+    // Where large pores are full beside empty ones they conduct as the mean of the power does.
+    const double beside = wide / (n + 1) * std::max(1.0, std::pow(max_saturation, n + c.beta - 1));
+    return {c.beta * std::max(c.narrowing, above) + beside * (1 - 1 / c.narrowing), height};
   }
   if (c.ratio > 1) {
     const double steepest = std::max(std::pow(max_saturation, n + c.beta - 1), c.scanning());
