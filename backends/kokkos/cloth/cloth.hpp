@@ -4,10 +4,10 @@
 #include <array>
 
 #include "bodies/bodies.hpp"
+#include "cloth/retention_law.hpp"
 #include "core/cell_table.hpp"
 #include "core/constants.hpp"
 #include "pipeline/backend.hpp"
-#include "porous/retention_law.hpp"
 
 namespace drench::kokkos_backend {
 

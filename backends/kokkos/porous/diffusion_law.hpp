@@ -1,8 +1,8 @@
 #pragma once
 // How liquid spreads within the cloth: paper Eq. 11, replaced as src/stages/diffusion.hpp says.
 
+#include "cloth/retention_law.hpp"
 #include "core/types.hpp"
-#include "porous/retention_law.hpp"
 
 namespace drench::kokkos_backend::laws {
 
