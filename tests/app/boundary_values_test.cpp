@@ -47,7 +47,8 @@ fluid:
   sources:
     - block: {min: [-0.04, 0.1, -0.04], max: [0.04, 0.16, 0.04]}
     - rain: {center: [0, 0.25, 0], size: [0.1, 0.1], rate: 50000, diameter: 0.003}
-    - spray: {center: [0, 0.2, 0.05], direction: [1, 0, 0], half_angle: 40, speed: 2, flow: 20, motion: {velocity: [0, 0, 1]}}
+    - spray: {center: [0, 0.2, 0.05], direction: [1, 0, 0], half_angle: 40, speed: 2, flow: 20,
+          motion: {velocity: [0, 0, 1]}}
   drains: [{sphere: {center: [0, -0.1, 0], radius: 0.05}}]
 cloth:
   - mesh: {grid: {size: [0.1, 0.1], nodes: [5, 5]}}
@@ -55,8 +56,8 @@ cloth:
     pin: [{corners: true, stiffness: 100, release: 0.004}]
     initial_saturation: [{box: {min: [-1, -1, -1], max: [1, 1, 1]}, value: 1}]
     porous: {diffusivity: 1.0e-4, diffusion: degenerate, drainage_height: 2, drainage_exponent: 1.5,
-             large_pores: 0.5, large_pore_height: 0.1, pore_narrowing: 2, hygral_expansion: 0.05, film: 1.0e-4, film_viscosity: 1.0e-5,
-             compressibility: 0.3}
+             large_pores: 0.5, large_pore_height: 0.1, pore_narrowing: 2, hygral_expansion: 0.05,
+             film: 1.0e-4, film_viscosity: 1.0e-5, compressibility: 0.3}
 bodies:
   - name: lid
     box: {min: [-0.05, 0.01, -0.05], max: [0.05, 0.03, 0.05], dynamic: true, density: 600}

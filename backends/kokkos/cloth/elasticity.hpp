@@ -107,8 +107,8 @@ KOKKOS_INLINE_FUNCTION Columns<T> strain_limit_stress(const Vector3<T>& a, const
   return {-stiffness * (m11 * f1 + m12 * f2), -stiffness * (m12 * f1 + m22 * f2)};
 }
 
-/// A yarn that locks at the strain `lock` (0: never), at the strain e: T = k e/(1 − (e/lock)²) for e > 0, beyond `most`
-/// along its tangent there; over k. (docs/theory/cloth.md, Eq. 4c.)
+/// A yarn that locks at the strain `lock` (0: never), at the strain e: T = k e/(1 − (e/lock)²) for e > 0, beyond
+/// `most` along its tangent there; over k. (docs/theory/cloth.md, Eq. 4c.)
 template <class T>
 struct YarnLaw {
   T tension, slope;
@@ -181,8 +181,8 @@ KOKKOS_INLINE_FUNCTION YarnStrains<T> most_strains(const Double3& first, const D
   return {most(y.u, m.warp_locking), most(y.v, m.weft_locking)};
 }
 
-/// P = −A ∂W/∂F, N·m, of a membrane with W = ½ k_u (|u| − 1)² + ½ k_v (|v| − 1)² + ½ k_s (|p| − |q|)², of yarns that
-/// lock and follow their law up to the strains `most`, and of its
+/// P = −A ∂W/∂F, N·m, of a membrane with W = ½ k_u (|u| − 1)² + ½ k_v (|v| − 1)² +
+/// ½ k_s (|p| − |q|)², of yarns that lock and follow their law up to the strains `most`, and of its
 /// strain damping, implicit in the shift; at x, at x⁰, and of the shift u alone; rate = t_d/Δt. Strains follow from
 /// those at x⁰ (`excess`): |u| − 1 = (|u|² − 1)/(|u| + 1) and |p| − |q| = 2 u·v/(|p| + |q|). (docs/theory/cloth.md,
 /// sections 2, 4.)

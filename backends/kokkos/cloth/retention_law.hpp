@@ -10,7 +10,7 @@ namespace drench::kokkos_backend::laws {
 /// A change of the saturation that turns a node from wetting to draining, or back, 1.
 inline constexpr double turning = 1e-3;
 
-/// ν, 1: by what pores of a fabric with the narrowing c are finer at the area strain e (docs/theory/porous.md, Eq. 53).
+/// ν, 1: by what pores of fabric with the narrowing c are finer at the area strain e (docs/theory/porous.md, Eq. 53).
 KOKKOS_INLINE_FUNCTION double narrowing_at(double c, double e) { return larger(0.25, smaller(4.0, 1 + c * e)); }
 
 /// Where a node is on its curves: γ > 0 while it is wetted, −φ < 0 while it drains, 0 at first; the saturation farthest
