@@ -389,8 +389,8 @@ void describe(Section& s, MembraneScene& membrane) {
   s.number("wet", membrane.wet, "[0.01, 1]", "1",
            "factor on all three at saturation 1, linear in the saturation; only with `porous`");
   s.number("warp_locking", membrane.warp_locking, "[0, 10]", "1",
-           "locking strain e_L: at the strain e above 0 the tension along the warp is `warp` e / (1 - (e/e_L)²), up to "
-           "20 times as stiff; 0: never");
+           "locking strain e_L: at the strain e above 0 the tension along the warp is `warp` e / (1 - (e/e_L)²), "
+           "up to 20 times as stiff; 0: never");
   s.number("weft_locking", membrane.weft_locking, "[0, 10]", "1", "the same along the weft");
 }
 

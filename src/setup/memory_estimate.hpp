@@ -53,7 +53,7 @@ struct SetupSize {
   bool evaporation = false;    // from liquid and from porous cloth
   bool direction = false;      // the cloth looks for solids
   bool diffusion = false, contact_wicking = false, films = false, squeezing = false, hysteresis = false;
-  bool narrowing = false, expands = false;  // of pores that are stretched; of fabric that is wet
+  bool suction = false, narrowing = false, expands = false;  // of pores; of pores that stretch; of wet fabric
   bool self_collision = false, xpbd = false, strain_limit = false, wet_adhesion = false;
   bool membrane = false, softens = false, plate = false;  // of cloth; softens: where it is wet
   bool measures = false, fabric = false;

@@ -158,6 +158,7 @@ SetupSize kinds_of(const Model& m) {
   size.films = m.has_films();
   size.squeezing = m.has_squeezing();
   size.hysteresis = m.has_hysteresis();
+  size.suction = m.has_suction();
   size.narrowing = m.has_narrowing();
   size.expands = m.expands_when_wet();
   size.self_collision = m.has_self_collision();

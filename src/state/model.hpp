@@ -386,10 +386,15 @@ struct Model {
   bool has_films() const {
     return has_diffusion() && has_emission() && any_cloth([](const ClothMaterial& c) { return c.film_depth > 0; });
   }
-  /// Does a cloth hold liquid by other curves while it drains?
+  /// Does liquid flow in a cloth by the suction of its pores?
+  bool has_suction() const {
+    return has_diffusion() && any_cloth([](const ClothMaterial& c) { return c.flows_by_suction(); });
+  }
+  /// Does stretching change the pores of a cloth?
   bool has_narrowing() const {
     return has_diffusion() && any_cloth([](const ClothMaterial& c) { return c.narrows(); });
   }
+  /// Does a cloth hold liquid by other curves while it drains?
   bool has_hysteresis() const {
     return has_diffusion() && any_cloth([](const ClothMaterial& c) { return c.has_hysteresis(); });
   }

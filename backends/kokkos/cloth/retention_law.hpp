@@ -13,8 +13,8 @@ inline constexpr double turning = 1e-3;
 /// ν, 1: by what pores of fabric with the narrowing c are finer at the area strain e (docs/theory/porous.md, Eq. 53).
 KOKKOS_INLINE_FUNCTION double narrowing_at(double c, double e) { return larger(0.25, smaller(4.0, 1 + c * e)); }
 
-/// Where a node is on its curves: γ > 0 while it is wetted, −φ < 0 while it drains, 0 at first; the saturation farthest
-/// on that way.
+/// Where a node is on its curves: γ > 0 while it is wetted, −φ < 0 while it drains, 0 at first; the saturation
+/// farthest on that way.
 struct Scan {
   double curve, extreme;
 };
@@ -22,6 +22,12 @@ struct Scan {
 /// How full small and large pores are, 1.
 struct PoreFilling {
   double small, large;
+};
+
+/// What a node draws with.
+struct NodeSuction {
+  double held;          // 1 − h/ℓ
+  PoreFilling filling;  // with pores of two sizes
 };
 
 /// A main curve, S = (1 − w) y^(1/β) + w (1 − (1 − y) ℓ/ℓ₂)^(1/β).

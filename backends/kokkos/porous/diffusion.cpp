@@ -44,6 +44,8 @@ void upload_pairs(const Constants& constants, Cloth& cloth, DiffusionWork& work)
     work.hem = to_device<std::uint8_t>("drench::diffusion::hem", fabric.hem);
     make_room(cloth.nodes.film_pull, "drench::node_film_pull", static_cast<std::size_t>(cloth.nodes.count));
   }
+  if (constants.model.has_suction())
+    make_room(work.suction, "drench::diffusion::suctions", static_cast<std::size_t>(cloth.nodes.count));
   if (constants.model.has_narrowing()) {
     work.rest_square = to_device<double>("drench::diffusion::rest_square", fabric.rest_square);
     make_room(work.narrowing, "drench::diffusion::narrowing", static_cast<std::size_t>(cloth.nodes.count));
@@ -65,6 +67,7 @@ MemoryEstimate diffusion_bytes(const Sizing& s) {
   sum.cloth = s.size.fabric_pairs * (4 * index_bytes + 2 * double_bytes + quanta_bytes);  // and node_item
   sum.cloth += s.size.nodes * (2 * double_bytes + index_bytes);                           // shares, node_start
   if (s.size.solute) sum.cloth += s.size.fabric_pairs * quanta_bytes;
+  if (s.size.suction) sum.cloth += s.size.nodes * sizeof(laws::NodeSuction);
   if (s.size.narrowing) sum.cloth += (s.size.fabric_pairs + s.size.nodes) * double_bytes;
   if (s.size.films) sum.cloth += s.size.fabric_pairs * double_bytes + s.size.nodes * (s.real + 1);  // film_pull, hem
   if (s.size.moving_cloth) sum.cloth += s.size.nodes * 2 * sizeof(Double3);                         // velocities
@@ -79,7 +82,7 @@ struct NodePairs {
   Entries<const double> conductance, film, narrowing;  // narrowing: ν per node; null unless pores narrow
   Entries<double> drop;
   Entries<const Quanta> ceiling;
-  Entries<const Real> scanning;  // null without hysteresis
+  Entries<const laws::NodeSuction> suction;  // null unless liquid flows by it
   NodeLiquid wet;
   Materials materials;
 
@@ -92,7 +95,7 @@ struct NodePairs {
         narrowing(work.narrowing),
         drop(work.drop),
         ceiling(fabric.nodes.max_quanta),
-        scanning(fabric.nodes.scanning),
+        suction(work.suction),
         wet(constants, fabric),
         materials(node_materials(fabric)) {}
 
@@ -113,22 +116,17 @@ struct NodePairs {
     const Quanta o = offered(Kokkos::abs(flux) * scale);
     return flux > 0 ? o : -o;
   }
-  /// Of pair e, kg/s, by the suctions of both nodes, each on its own curve with hysteresis.
+  /// Of pair e, kg/s, by the suctions of both nodes.
   KOKKOS_INLINE_FUNCTION double suction_flux(Index e, Index i, Index j) const {
     const Material& m = materials(i);
-    const double here = wet.pore_filling(i, m), there = wet.pore_filling(j, materials(j));
-    const double held = held_at(i, here, m), held_there = held_at(j, there, m);
-    const double conducting = conductance(e) * thinning(i, j);
+    const laws::NodeSuction here = suction(i), there = suction(j);
+    const double conducting = conductance(e) * thinning(i, j), drive = (there.held - here.held) + drop(e);
     if (!(m.suction.wetting.large > 0))
-      return laws::held_flux(conducting, here, there, held, held_there, drop(e), m.mobility_exponent);
-    const double drive = (held_there - held) + drop(e);
+      return laws::held_flux(conducting, wet.pore_filling(i, m), wet.pore_filling(j, materials(j)), here.held,
+                             there.held, drop(e), m.mobility_exponent);
     return conducting * drive *
-           laws::parallel_mobility(m.suction, here, there, drive > 0 ? there : here, m.mobility_exponent);
-  }
-  /// 1 − h/ℓ of a node with the saturation s.
-  KOKKOS_INLINE_FUNCTION double held_at(Index n, double s, const Material& m) const {
-    const double held = m.suction.held(s, scanning.exist() ? double(scanning(n)) : 1);
-    return narrowing.exist() ? 1 - narrowing(n) * (1 - held) : held;
+           laws::parallel_mobility(m.suction.wetting, here.filling, there.filling,
+                                   drive > 0 ? there.filling : here.filling, m.mobility_exponent);
   }
   /// Factor on the conductance of a pair whose pores are narrowed, 1.
   KOKKOS_INLINE_FUNCTION double thinning(Index i, Index j) const {
@@ -160,6 +158,24 @@ void turn_nodes(const Constants& constants, Cloth& cloth) {
         const laws::Scan scan = m.suction.next({double(scanning(n)), double(extreme(n))}, wet.pore_filling(n, m));
         scanning(n) = Real(scan.curve);
         extreme(n) = Real(scan.extreme);
+      });
+}
+
+/// What each node draws with in this sub-step, with hysteresis on the curve that it is on.
+void set_suctions(const Constants& constants, Cloth& cloth, DiffusionWork& work) {
+  const NodeLiquid wet(constants, cloth);
+  const Materials materials = node_materials(cloth);
+  const Entries<const Real> scanning = std::as_const(cloth).nodes.scanning;
+  const Entries<const double> narrowing = work.narrowing;
+  const Entries<laws::NodeSuction> suction = work.suction;
+  parallel(
+      "drench::diffusion::suction", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
+        const Material& m = materials(n);
+        if (!m.by_suction || !(wet.capacity(n) > 0)) return;
+        const double s = wet.pore_filling(n, m), curve = scanning.exist() ? double(scanning(n)) : 1;
+        const double held = m.suction.held(s, curve), finer = narrowing.exist() ? narrowing(n) : 1;
+        suction(n).held = finer == 1 ? held : 1 - finer * (1 - held);
+        if (m.suction.wetting.large > 0) suction(n).filling = m.suction.filling(s);
       });
 }
 
@@ -374,6 +390,7 @@ void diffusion(const Constants& constants, const NeighborLists& lists, Cloth& cl
     stop_if_requested();
     const bool last = k + 1 == substeps;
     if (constants.model.has_hysteresis()) turn_nodes(constants, cloth);
+    if (constants.model.has_suction()) set_suctions(constants, cloth, work);
     limit(constants, cloth, work, dt, with_momentum && k == 0);
     if (constants.model.has_reservoirs()) open_reservoirs(constants, reservoirs, work.in_share);
     if (constants.model.has_solute()) transfer_solute(cloth, work);

@@ -27,15 +27,12 @@ KOKKOS_INLINE_FUNCTION double mobility(double a, double b, double donor, double 
   return power_mobility(a, b, donor, n);
 }
 
-/// ψ of small and large pores side by side (docs/theory/porous.md, Eq. 51); `donor`: the saturation of the one that
+/// ψ of small and large pores side by side (docs/theory/porous.md, Eq. 51); `donor`: the filling of the node that
 /// gives.
-KOKKOS_INLINE_FUNCTION double parallel_mobility(const Retention& retention, double a, double b, double donor,
-                                                double n) {
-  const PoreFilling one = retention.filling(a), other = retention.filling(b);
-  const PoreFilling from = donor == a ? one : other;
-  const double w = retention.wetting.large, wide = retention.wetting.narrowing * retention.wetting.narrowing;
-  return (1 - w) * mobility(one.small, other.small, from.small, n) +
-         w * wide * mobility(one.large, other.large, from.large, n);
+KOKKOS_INLINE_FUNCTION double parallel_mobility(const PoreCurve& curve, const PoreFilling& a, const PoreFilling& b,
+                                                const PoreFilling& donor, double n) {
+  const double w = curve.large, wide = curve.narrowing * curve.narrowing;
+  return (1 - w) * mobility(a.small, b.small, donor.small, n) + w * wide * mobility(a.large, b.large, donor.large, n);
 }
 
 /// F, kg/s, positive from j to i: G ψ (held_j − held_i + drop), held = 1 − h/ℓ of the suction h, drop = (x_i − x_j)·ĝ/ℓ

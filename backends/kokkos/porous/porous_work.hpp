@@ -2,6 +2,7 @@
 // Scratch arrays of the porous stages. They are allocated when first used, grow with the liquid and are never read
 // across stages.
 
+#include "cloth/retention_law.hpp"
 #include "core/cached.hpp"
 #include "core/double3.hpp"
 #include "core/types.hpp"
@@ -92,14 +93,15 @@ struct DiffusionWork {
   Field<Index> node_start, node_item;  // node → items 2·pair + side
   Field<double> conductance;           // G_ij, kg/s
   Field<double> film;                  // ω of films, 1; empty without them
-  Field<double> rest_square;           // m²; per node ν, 1 (retention_law.hpp); empty unless pores narrow
-  Field<double> narrowing;
-  Field<std::uint8_t> hem;            // per node: at the boundary; empty without films
-  Field<double> drop;                 // (x_i − x_j)·ĝ/ℓ, 1
-  Field<Quanta> flow;                 // to the pair's first node, quanta
-  Field<double> out_share, in_share;  // φ per node
-  Field<Quanta> solute_flow;          // to the pair's first node; empty without a solute
-  Cached<DiffusionRate> rate;         // of the nodes' positions
+  Field<double> rest_square;           // m², of the length at rest; empty unless pores narrow
+  Field<double> narrowing;             // ν per node, 1 (cloth/retention_law.hpp); empty likewise
+  Field<laws::NodeSuction> suction;    // per node, in this sub-step; empty unless liquid flows by it
+  Field<std::uint8_t> hem;             // per node: at the boundary; empty without films
+  Field<double> drop;                  // (x_i − x_j)·ĝ/ℓ, 1
+  Field<Quanta> flow;                  // to the pair's first node, quanta
+  Field<double> out_share, in_share;   // φ per node
+  Field<Quanta> solute_flow;           // to the pair's first node; empty without a solute
+  Cached<DiffusionRate> rate;          // of the nodes' positions
   // per node, m/s: in double between sub-steps; empty unless liquid diffuses in cloth that moves
   Field<Double3> velocity, next_velocity;
 };
