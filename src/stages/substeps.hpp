@@ -37,10 +37,10 @@ struct RetentionShape {
     const double k = drainage_beta / beta;
     return ratio - 1 + (k > 1 ? std::pow(k, -1 / (k - 1)) * (1 - 1 / k) : 0);
   }
-  /// What h/ℓ falls by with the saturation at most, for saturations up to `most`.
-  double steepest(double most) const {
+  /// What h/ℓ falls by with the saturation at most, history included, for the exponent n and saturations up to `most`.
+  double steepest(double n, double most) const {
     const double slope = beta > 1 ? beta * std::pow(most, beta - 1) : 1;
-    if (ratio > 1) return std::max(slope, beta * scanning() / (1 - large));
+    if (ratio > 1) return std::max(slope, beta * scanning() / (1 - large)) + std::max(1.0, n) * jump();
     return large > 0 ? std::max(slope, beta / (1 - large)) : slope;
   }
 };

@@ -23,13 +23,10 @@ Material material_of(const ClothMaterial& c) {
   m.retention = c.retention_exponent;
   m.most_mobility = bound.difference;
   m.height_mobility = bound.height;
-  m.steepest_suction = shape.steepest(most);
-  if (shape.ratio > 1) m.steepest_suction += std::max(1.0, c.diffusion_exponent) * shape.jump();
+  m.steepest_suction = shape.steepest(c.diffusion_exponent, most);
   m.by_suction = c.flows_by_suction();
-  m.suction = {{shape.beta, shape.large, shape.narrowing},
-               {shape.drainage_beta, shape.large, shape.narrowing},
-               shape.ratio,
-               c.has_hysteresis()};
+  m.suction = {
+      {shape.beta, shape.large, shape.narrowing}, {shape.drainage_beta, shape.large, shape.narrowing}, shape.ratio};
   m.contact_wicking = c.wicks_through_contact();
   return m;
 }

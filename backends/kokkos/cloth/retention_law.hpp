@@ -64,8 +64,7 @@ struct PoreCurve {
 
 struct Retention {
   PoreCurve wetting, draining;
-  double ratio = 1;         // ℓ_d/ℓ
-  bool hysteresis = false;  // else `wetting` is all
+  double ratio = 1;  // ℓ_d/ℓ; 1: without hysteresis, `wetting` is all
 
   /// 1 − h/ℓ at the saturation s.
   KOKKOS_INLINE_FUNCTION double held(double s, double curve) const {

@@ -154,7 +154,7 @@ void turn_nodes(const Constants& constants, Cloth& cloth) {
   parallel(
       "drench::diffusion::turn", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
         const Material& m = materials(n);
-        if (!m.suction.hysteresis || !(wet.capacity(n) > 0)) return;
+        if (!(m.suction.ratio > 1) || !(wet.capacity(n) > 0)) return;
         const laws::Scan scan = m.suction.next({double(scanning(n)), double(extreme(n))}, wet.pore_filling(n, m));
         scanning(n) = Real(scan.curve);
         extreme(n) = Real(scan.extreme);
