@@ -78,6 +78,18 @@ TEST(only_what_is_needed, only_fabric_with_hysteresis_turns) {
   EXPECT_EQ(containing(allocated, label), 2) << "scanning, extreme";
 }
 
+TEST(only_what_is_needed, only_pores_of_two_sizes_have_suctions_of_their_own) {
+  const std::initializer_list<const char*> label = {"diffusion::suction"};
+  const std::string off = with(wet_scene(), "diffusivity: 1.0e-3", "diffusion: degenerate, diffusivity: 1.0e-3");
+  {
+    const Watch watch(off);
+    EXPECT_EQ(containing(launched, label) + containing(allocated, label), 0);
+  }
+  const Watch watch(with(off, "porous: {", "porous: {large_pores: 0.5, large_pore_height: 0.05, "));
+  EXPECT_EQ(containing(launched, label), 1);
+  EXPECT_EQ(containing(allocated, label), 1) << "suctions";
+}
+
 TEST(only_what_is_needed, only_pores_that_stretching_narrows_are_measured) {
   const std::initializer_list<const char*> label = {"diffusion::narrow", "rest_square"};
   const std::string off = with(wet_scene(), "diffusivity: 1.0e-3", "diffusion: degenerate, diffusivity: 1.0e-3");
