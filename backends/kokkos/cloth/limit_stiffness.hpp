@@ -1,5 +1,5 @@
 #pragma once
-// What a triangle's strain limit resists with at an iterate, for the factored matrices of a host (docs/theory/cloth.md,
+// What a triangle's strain limit resists with at an iterate, for the matrices of Newton's method (docs/theory/cloth.md,
 // section 8).
 
 #include "cloth/membrane_stiffness.hpp"
@@ -11,7 +11,7 @@ struct LimitStiffness {
   Block along[2];
   CornerGradient axis[2];
 
-  Block between(const CornerGradient& a, const CornerGradient& b) const {
+  KOKKOS_INLINE_FUNCTION Block between(const CornerGradient& a, const CornerGradient& b) const {
     Block k;
     for (int i = 0; i < 2; ++i)
       k.add(along[i], (a.x * axis[i].x + a.y * axis[i].y) * (b.x * axis[i].x + b.y * axis[i].y));
@@ -21,7 +21,7 @@ struct LimitStiffness {
 
 /// Of triangle t; false: it is within its limit.
 template <class Shift>
-bool limit_stiffness(const ClothSystem& s, Index t, const Shift& shift, LimitStiffness& out) {
+KOKKOS_INLINE_FUNCTION bool limit_stiffness(const ClothSystem& s, Index t, const Shift& shift, LimitStiffness& out) {
   const Index a = s.triangle(3 * t), b = s.triangle(3 * t + 1), c = s.triangle(3 * t + 2);
   const TriangleShape shape = s.triangle_shape(t);
   const Real3 e1 = separation(s.start(b), shift(b), s.start(a), shift(a)),

@@ -1,5 +1,5 @@
 #pragma once
-// What a membrane resists with at an iterate, for the factored matrices of a host (docs/theory/cloth.md, section 8).
+// What a membrane resists with at an iterate, for the matrices of Newton's method (docs/theory/cloth.md, section 8).
 
 #include "cloth/solver.hpp"
 
@@ -9,12 +9,12 @@ namespace drench::kokkos_backend {
 struct Block {
   Real xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
 
-  void add(Real a) {
+  KOKKOS_INLINE_FUNCTION void add(Real a) {
     xx += a;
     yy += a;
     zz += a;
   }
-  void add(Real b, const Real3& v) {
+  KOKKOS_INLINE_FUNCTION void add(Real b, const Real3& v) {
     xx += b * v.x * v.x;
     yy += b * v.y * v.y;
     zz += b * v.z * v.z;
@@ -22,7 +22,7 @@ struct Block {
     xz += b * v.x * v.z;
     yz += b * v.y * v.z;
   }
-  void add(const Block& o, Real times) {
+  KOKKOS_INLINE_FUNCTION void add(const Block& o, Real times) {
     xx += times * o.xx;
     yy += times * o.yy;
     zz += times * o.zz;
@@ -30,42 +30,24 @@ struct Block {
     xz += times * o.xz;
     yz += times * o.yz;
   }
-  void add_to(Real* to, Index stride) const {
-    to[0] += xx;
-    to[1] += xy;
-    to[2] += xz;
-    to[stride] += xy;
-    to[stride + 1] += yy;
-    to[stride + 2] += yz;
-    to[2 * stride] += xz;
-    to[2 * stride + 1] += yz;
-    to[2 * stride + 2] += zz;
-  }
 };
 
 /// A 3 × 3 matrix Σ b v wᵀ.
 struct FullBlock {
   Real3 column[3];
 
-  void add(const Block& o, Real times) {
+  KOKKOS_INLINE_FUNCTION void add(const Block& o, Real times) {
     column[0] += times * Real3{o.xx, o.xy, o.xz};
     column[1] += times * Real3{o.xy, o.yy, o.yz};
     column[2] += times * Real3{o.xz, o.yz, o.zz};
   }
-  void add(Real b, const Real3& v, const Real3& w) {
+  KOKKOS_INLINE_FUNCTION void add(Real b, const Real3& v, const Real3& w) {
     column[0] += (b * w.x) * v;
     column[1] += (b * w.y) * v;
     column[2] += (b * w.z) * v;
   }
-  Real between(const Real3& v, const Real3& w) const {
+  KOKKOS_INLINE_FUNCTION Real between(const Real3& v, const Real3& w) const {
     return w.x * dot(v, column[0]) + w.y * dot(v, column[1]) + w.z * dot(v, column[2]);
-  }
-  void add_to(Real* to, Index stride) const {
-    for (int c = 0; c < 3; ++c) {
-      to[c * stride] += column[c].x;
-      to[c * stride + 1] += column[c].y;
-      to[c * stride + 2] += column[c].z;
-    }
   }
 };
 
@@ -73,7 +55,7 @@ struct FullBlock {
 class MembraneStiffness {
  public:
   template <class Shift>
-  MembraneStiffness(const ClothSystem& s, Index t, const Shift& shift) : m_(s.membrane(t)) {
+  KOKKOS_INLINE_FUNCTION MembraneStiffness(const ClothSystem& s, Index t, const Shift& shift) : m_(s.membrane(t)) {
     const Index a = s.triangle(3 * t), b = s.triangle(3 * t + 1), c = s.triangle(3 * t + 2);
     const Real3 first = s.start(b) - s.start(a), second = s.start(c) - s.start(a);
     const Yarns<> now =
@@ -100,7 +82,7 @@ class MembraneStiffness {
   }
 
   /// Between corners with gradients a and b: what b's displacement does to a.
-  FullBlock between(const CornerGradient& a, const CornerGradient& b) const {
+  KOKKOS_INLINE_FUNCTION FullBlock between(const CornerGradient& a, const CornerGradient& b) const {
     const InYarns i = in_yarns(a), j = in_yarns(b);
     FullBlock k;
     k.add(u_, i.u * j.u);
@@ -116,20 +98,20 @@ class MembraneStiffness {
   struct InYarns {
     Real u, v, p, q;
   };
-  InYarns in_yarns(const CornerGradient& g) const {
+  KOKKOS_INLINE_FUNCTION InYarns in_yarns(const CornerGradient& g) const {
     constexpr Real half_root = Real(0.70710678118654752);
     const Real u = m_.cosine * g.x + m_.sine * g.y, v = m_.cosine * g.y - m_.sine * g.x;
     return {u, v, half_root * (u + v), half_root * (u - v)};
   }
   /// As a spring of rest length 1 with that law.
-  static void of_yarn(Block& k, Real stiffness, const Real3& along, Real length, const YarnLaw<Real>& law, Real rate,
-                      const Real3& before) {
+  KOKKOS_INLINE_FUNCTION static void of_yarn(Block& k, Real stiffness, const Real3& along, Real length,
+                                             const YarnLaw<Real>& law, Real rate, const Real3& before) {
     const Real taut = length > 0 ? larger(Real(0), law.tension / length) : Real(0);
     k.add(stiffness * taut);
     k.add(stiffness * (law.slope - taut), along);
     if (rate > 0) k.add(stiffness * rate, before);
   }
-  static void across(Block& k, Real stiffness, const Real3& along) {
+  KOKKOS_INLINE_FUNCTION static void across(Block& k, Real stiffness, const Real3& along) {
     k.add(stiffness);
     k.add(-stiffness, along);
   }

@@ -27,17 +27,16 @@ constexpr int stands_after = 12;      // ... or, in every other four iterations,
 constexpr int slow_after = 4;         // iterations: then what has not halved in three of them is relaxed locally
 constexpr double same_way = 0.3;      // cosine between two steps of a slow solve above which the second is lengthened
 constexpr double longest = 32;        // times the Newton step: the most that it is lengthened
-constexpr double margin_at_dynamic_bodies = 0.002;  // of the thickness, beyond the clearance: where pressed nodes end
-constexpr double rounding = 0.5 * 2.2e-16;          // of Σ D L: what the sums leave of a residual
+constexpr double rounding = 0.5 * 2.2e-16;  // of Σ D L: what the sums leave of a residual
 
 }  // namespace
 
 NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)
     : nodes_(cloth.nodes.count),
-      mean_edge_(double(cloth.mesh.mean_edge)),
       exact_(cloth, system),
       tangent_(cloth, system),
-      anderson_(nodes_) {
+      anderson_(nodes_),
+      sight_{double(cloth.mesh.mean_edge), 0} {
   const std::size_t n = at(nodes_);
   for (Iterate* i : {&now_, &next_}) {
     i->shift.resize(n);
@@ -58,7 +57,7 @@ NewtonCloth::NewtonCloth(const Cloth& cloth, const ClothSystem& system)
 
 void NewtonCloth::prepare(const Cloth& cloth, const ClothSystem& s, bool pushes_bodies) {
   fresh_ = true;
-  margin_ = pushes_bodies ? margin_at_dynamic_bodies : 0;
+  sight_.margin = pushes_bodies ? margin_at_dynamic_bodies : 0;
   const bool same_step = placed_ == cloth.moved && dt_ == s.dt;
   if (!same_step || pushes_bodies) away_.assign(s.solids.count > 0 ? at(nodes_) : 0, {});
   if (same_step) return;
@@ -69,12 +68,12 @@ void NewtonCloth::prepare(const Cloth& cloth, const ClothSystem& s, bool pushes_
   excess_ = 0;
   tangent_.hold_edges();
   cost_ = factor_cost;
-  std::fill(state_.begin(), state_.end(), State::apart);
+  std::fill(state_.begin(), state_.end(), ContactState::apart);
 }
 
 double NewtonCloth::goal_of(const ClothSystem& s, double tolerance) {
   return sums_("drench::cloth::newton_goal", nodes_, [&](const Index n) {
-    return s.pinned(n) ? 0.0 : ClothSystem::goal(s.terms(n), tolerance, rounding * mean_edge_);
+    return s.pinned(n) ? 0.0 : ClothSystem::goal(s.terms(n), tolerance, rounding * sight_.mean_edge);
   });
 }
 
@@ -106,90 +105,17 @@ bool NewtonCloth::is_away(Index n, const Double3& shift) const {
   return away_[at(n)].room > 2 * norm(shift - away_[at(n)].shift);
 }
 
-/// The solid that squeezes a node together with solid b, where the node touches both: on the other side of the
-/// narrowest gap; -1 if there is none.
-std::int64_t NewtonCloth::opposite(const ClothSystem& s, std::size_t b, const NearSolid<double>& own,
-                                   const NodeTerms& t, const Double3& shift) {
-  std::int64_t found = -1;
-  double least = 1e300;
-  for (std::size_t a = 0; a < s.solids.extent(0); ++a) {
-    if (a == b) continue;
-    const auto k = static_cast<std::int64_t>(a);
-    const NearSolid<double> other = near_solid(s.solids(k), t.start, shift, t.clearance);
-    if (!(other.at.phi < least)) continue;
-    if (!squeezed(s.solids(k), other, s.solids(static_cast<std::int64_t>(b)), own, t.start, shift,
-                  t.clearance.thickness))
-      continue;
-    found = k;
-    least = other.at.phi;
-  }
-  return found;
-}
-
 void NewtonCloth::see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual,
                              NodeNearby& near) {
-  near.count = 0;
-  near.pinched = near.blocked = false;
-  near.left = residual;
-  near.contact = {};
-  if (is_away(n, shift)) return;
-  const NodeTerms t = s.terms(n);
-  NearSolid<double> first{};
-  double beyond[NodeNearby::most];       // how much farther each is than it has to be, m
-  double nearest = 1e300, farthest = 0;  // of the solids
-  double narrowest = 1e300;              // of the gaps that squeeze the node
-  const double thickness = double(t.clearance.thickness), reach = thickness + std::max(thickness, 0.2 * mean_edge_);
-  for (std::size_t b = 0; b < s.solids.extent(0) && near.count < NodeNearby::most; ++b) {
-    const Solid& solid = s.solids(static_cast<std::int64_t>(b));
-    const NearSolid<double> own = near_solid(solid, t.start, shift, t.clearance);
-    const SolidDistance<double>& d = own.at;
-    nearest = std::min(nearest, d.phi);
-    if (solid.body == static_cast<Index>(b))
-      farthest = std::max(farthest, d.phi);  // second parts are beside first ones
-    if (!(d.phi < reach)) continue;
-    const std::int64_t opposite_one = opposite(s, b, own, t, shift);
-    if (opposite_one >= 0) {
-      const NearSolid<double> other = near_solid(s.solids(opposite_one), t.start, shift, t.clearance);
-      if (d.phi + other.at.phi >= narrowest) continue;
-      narrowest = d.phi + other.at.phi;
-      near.pinched = true;
-      near.solid[0] = static_cast<std::int64_t>(b);
-      near.solid[1] = opposite_one;
-      const Halfway<double> halfway(own, other);
-      near.normal[0] = halfway.normal;
-      near.gap[0] = halfway.beyond;
-      near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
-      near.count = 1;
-      continue;
-    }
-    if (near.pinched) continue;
-    int k = 0;
-    while (k < near.count && !alike(s.solids(near.solid[k]), near.normal[k], solid, d.normal)) ++k;
-    if (k < near.count && !(d.phi - own.kept < beyond[k])) continue;
-    near.count = std::max(near.count, k + 1);
-    beyond[k] = d.phi - own.kept;
-    near.solid[k] = static_cast<std::int64_t>(b);
-    near.normal[k] = d.normal;
-    // Within the width of contact, so that a dynamic body that ends the step a little nearer than was tried pushes
-    // nothing.
-    near.gap[k] = (d.phi - double(own.kept) - margin_ * thickness) / d.slope;
-    near.moved = double(s.dt) * surface_velocity(solid, t.start, shift);
-    if (k == 0) first = own;
-  }
-  if (near.count == 0) {
-    // Out of a mesh's lattice nothing is known.
-    if (farthest < double(far_away)) away_[at(n)] = {shift, nearest - reach};
+  if (is_away(n, shift)) {
+    near.count = 0;
+    near.pinched = near.blocked = false;
+    near.left = residual;
+    near.contact = {};
     return;
   }
-  // Beyond the width of contact there is nothing to ask about.
-  double gap = near.pinched ? -1 : 1e300;
-  for (int k = 0; k < near.count; ++k) gap = std::min(gap, near.gap[k]);
-  if (!(gap < 0.021 * thickness)) return;
-  if (near.count == 1 && !near.pinched)
-    near.contact = s.contact_with(static_cast<std::size_t>(near.solid[0]), first, t, shift, near.left);
-  else
-    near.contact = s.contact(t, shift, near.left, t.compression);
-  if (near.contact.touches) near.moved = near.contact.moved;
+  const double room = kokkos_backend::see_solids(s, s.terms(n), sight_, shift, residual, near);
+  if (room > 0) away_[at(n)] = {shift, room};
 }
 
 void NewtonCloth::start(const ClothSystem& s, const Entries<const Real3>& displacement) {
@@ -292,29 +218,6 @@ void NewtonCloth::choose_factor(const ClothSystem& s) {
   cost_ = std::max(factor_cost, tangent_.cost_of_all());
 }
 
-/// A step of a node that touches a solid, as far as the solid's surface goes on as a plane there: beyond an edge it
-/// does not.
-Double3 NewtonCloth::within_plane(const ClothSystem& s, Index n, const Iterate& from, Double3 by) const {
-  constexpr double least_cosine = 0.8;
-  constexpr int most_shortened = 4;
-  if (touching_[at(n)] == 0) return by;
-  const NodeNearby& near = from.near[at(n)];
-  const auto distance = [&](int k) {
-    return near_solid(s.solids(near.solid[k]), s.start(n), from.shift[at(n)] + by, s.clearance(n));
-  };
-  const auto turns = [&](int k) {
-    const Double3 normal = near.pinched ? Halfway<double>(distance(0), distance(1)).normal : distance(k).at.normal;
-    return dot(normal, near.normal[k]) < least_cosine;
-  };
-  for (int shortened = 0; shortened < most_shortened; ++shortened) {
-    bool any = false;
-    for (int k = 0; k < near.count; ++k) any = any || ((touching_[at(n)] >> k & 1) && turns(k));
-    if (!any) return by;
-    by = 0.5 * by;
-  }
-  return by;
-}
-
 void NewtonCloth::move(const ClothSystem& s, const Iterate& from) {
   double length = first_length_;
   for (int halvings = 0;; ++halvings) {
@@ -322,8 +225,8 @@ void NewtonCloth::move(const ClothSystem& s, const Iterate& from) {
       Double3& to = next_.shift[at(n)];
       to = from.shift[at(n)];
       if (s.pinned(n)) return;
-      const Double3 by = within_plane(s, n, from, length * in_double(at_node(change_, n)));
-      to += by;
+      const Double3 by = length * in_double(at_node(change_, n));
+      to += touching_[at(n)] == 0 ? by : within_planes(s, s.terms(n), from.near[at(n)], touching_[at(n)], to, by);
       if (s.solids.count > 0 && !is_away(n, to)) to = project_out(s.solids, s.start(n), to, s.clearance(n));
     });
     next_.has_elastic = false;

@@ -3,35 +3,14 @@
 // converge; contact with solids as an active set of nodes that stick and that slip. All arrays are the host's. Law:
 // docs/theory/cloth.md, sections 8 and 11.
 
-#include <bit>
 #include <vector>
 
 #include "cloth/anderson.hpp"
 #include "cloth/exact_residual.hpp"
+#include "cloth/newton_node.hpp"
 #include "cloth/tangent.hpp"
 
 namespace drench::kokkos_backend {
-
-/// A node next to solids: the planes that it must stay in front of, and what contact says of its residual.
-struct NodeNearby {
-  static constexpr int most = 3;
-  int count = 0;             // of planes
-  bool pinched = false;      // between two solids that squeeze it: it stays on the one plane halfway between them
-  std::int64_t solid[most];  // of each plane; the two of a pinched node
-  Double3 normal[most];      // of unit length
-  double gap[most];          // m, along the normal up to the surface that keeps the clearance
-  Double3 moved;             // of the surface in the step, m
-  NodeContact<double> contact;
-  Double3 left;          // what contact leaves of the residual, without friction, N
-  bool blocked = false;  // friction presses it into a plane beside those that it is pressed onto
-
-  /// What presses the node into its planes, N. `touching`: a bit of each that it is brought onto. Where it is one alone
-  /// that does not press yet, what will press there.
-  double press(const Double3& residual, std::uint8_t touching) const {
-    if (pinched || !std::has_single_bit(touching) || (count > 1 && contact.press > 0)) return contact.press;
-    return std::max(0.0, -dot(residual, normal[std::countr_zero(touching)]));
-  }
-};
 
 /// Newton's method, and what it keeps from solve to solve of one time step: the factor, and who sticks. Nothing is
 /// handed from one time step to the next.
@@ -51,7 +30,6 @@ class NewtonCloth {
   void write_result(const ClothSystem& s, const Entries<Real3>& displacement) const;
 
  private:
-  enum class State : std::uint8_t { apart, sticks, slips };
   using Vectors = std::vector<Double3>;
   /// An iterate and all that is known of it.
   struct Iterate {
@@ -66,21 +44,11 @@ class NewtonCloth {
     Double3 shift;
     double room = 0;
   };
-  /// A node next to solids during the sweeps.
-  struct ZoneNode {
-    Index node;
-    Matrix3 inverse;       // of its block, m/N
-    Column3 slip, toward;  // slip so far, m; direction of friction
-    State kind;            // apart: to be found out
-  };
-
   // newton.cpp
   double goal_of(const ClothSystem& s, double tolerance);
   /// Evaluates an iterate, whose elastic forces may be known.
   void measure(const ClothSystem& s, Iterate& at);
   void see_solids(const ClothSystem& s, Index n, const Double3& shift, const Double3& residual, NodeNearby& near);
-  static std::int64_t opposite(const ClothSystem& s, std::size_t b, const NearSolid<double>& own, const NodeTerms& t,
-                               const Double3& shift);
   bool is_away(Index n, const Double3& shift) const;
   void start(const ClothSystem& s, const Entries<const Real3>& displacement);
   void iterate(const ClothSystem& s, bool first);
@@ -90,18 +58,15 @@ class NewtonCloth {
   void make_orthogonal(int k);
   /// From `from` along change_: the next iterate.
   void move(const ClothSystem& s, const Iterate& from);
-  Double3 within_plane(const ClothSystem& s, Index n, const Iterate& from, Double3 by) const;
   // newton_contact.cpp
   /// Gauss-Seidel over the nodes near solids: which of their planes do they touch? (touching_: a bit of each plane.)
   void find_touching(const ClothSystem& s);
   void touch_where_pressed(const ClothSystem& s);
   void begin_zone(const ClothSystem& s);
-  static std::uint8_t onto_one(const ZoneNode& z, const NodeNearby& near, const Column3& step);
   void relax(const ClothSystem& s, ZoneNode& z);
   /// Who sticks and who slips, and the right side of the linear system.
   void set_contact_rows(const ClothSystem& s);
   void set_row(const ClothSystem& s, Index n);
-  int planes_of(const NodeNearby& near, std::uint8_t touching, NodeFreedom& freedom, Column3& correction) const;
   // newton_local.cpp
   /// Where little of the cloth holds most of what is left: nonlinear Gauss-Seidel there. Changes now_.shift if it does.
   bool relax_locally(const ClothSystem& s);
@@ -109,7 +74,6 @@ class NewtonCloth {
   Double3 local_step(const ClothSystem& s, Index n, const Double3& residual, const NodeNearby& near) const;
 
   Index nodes_;
-  double mean_edge_;  // m
   ExactResidual exact_;
   ClothTangent tangent_;
   AndersonAcceleration anderson_;
@@ -117,21 +81,21 @@ class NewtonCloth {
   Version placed_ = Version::none();  // of the nodes that the factor and the states are of
   Real dt_ = 0;
   bool warm_ = false, fresh_ = true;  // there is a factor of this time step; the solve has not begun
-  double margin_ = 0;                 // 1: of the thickness, beyond the clearance
-  double goal_ = 0;                   // N
-  bool late_ = false;                 // what presses touches
-  bool stagnates_ = false;            // the linear solve made no more progress
-  bool slow_ = false;                 // the residual has not halved in three iterations
-  double first_length_ = 1;           // of a step that is tried
-  int linear_when_new_ = 0;           // iterations of the linear solve for which the factor was made
-  int excess_ = 0;                    // linear iterations of this time step that a factor of all pairs would have saved
-  double cost_ = 0;                   // of a new factor, in linear iterations
-  int spent_ = 0;                     // linear iterations that a new factor would have saved since
-  Index changed_ = 0, toggled_ = 0;   // nodes whose free directions differ from the factor's; whose state has changed
+  SolidSight sight_;
+  double goal_ = 0;                  // N
+  bool late_ = false;                // what presses touches
+  bool stagnates_ = false;           // the linear solve made no more progress
+  bool slow_ = false;                // the residual has not halved in three iterations
+  double first_length_ = 1;          // of a step that is tried
+  int linear_when_new_ = 0;          // iterations of the linear solve for which the factor was made
+  int excess_ = 0;                   // linear iterations of this time step that a factor of all pairs would have saved
+  double cost_ = 0;                  // of a new factor, in linear iterations
+  int spent_ = 0;                    // linear iterations that a new factor would have saved since
+  Index changed_ = 0, toggled_ = 0;  // nodes whose free directions differ from the factor's; whose state has changed
 
   Iterate now_, next_, kept_;
   std::vector<Away> away_;
-  std::vector<State> state_;
+  std::vector<ContactState> state_;
   Vectors slip_direction_;  // of the nodes that slip
   std::vector<std::uint8_t> touching_, toggles_;
   std::vector<NodeFreedom> freedom_;

@@ -19,8 +19,8 @@ inline Eigen::Map<Column3> at_node(NodeVector& v, Index n) { return Eigen::Map<C
 inline Eigen::Map<const Column3> at_node(const NodeVector& v, Index n) {
   return Eigen::Map<const Column3>(v.data() + 3 * n);
 }
-inline Column3 column(const Double3& v) { return {Real(v.x), Real(v.y), Real(v.z)}; }
-inline Double3 in_double(const Column3& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
+KOKKOS_INLINE_FUNCTION Column3 column(const Double3& v) { return {Real(v.x), Real(v.y), Real(v.z)}; }
+KOKKOS_INLINE_FUNCTION Double3 in_double(const Column3& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
 
 /// Loops over all numbers of a vector go by chunks of so many.
 inline constexpr Index numbers_per_chunk = 192;

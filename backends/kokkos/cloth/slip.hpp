@@ -12,7 +12,7 @@ struct Slip {
 
   /// `relative`: the displacement less that of the surface, m, and `on`: the residual, N, both along the directions
   /// that the solids leave; `press`: what presses the node into them, N.
-  Slip(const NodeTerms& t, const Double3& relative, const Double3& along, double press)
+  KOKKOS_INLINE_FUNCTION Slip(const NodeTerms& t, const Double3& relative, const Double3& along, double press)
       : so_far(relative),
         on(along),
         whole(so_far + (1 / double(t.diagonal)) * on),

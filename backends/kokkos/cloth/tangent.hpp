@@ -6,20 +6,10 @@
 #include <vector>
 
 #include "cloth/block_cholesky.hpp"
-#include "cloth/node_vectors.hpp"
+#include "cloth/newton_node.hpp"
+#include "cloth/tangent_pattern.hpp"
 
 namespace drench::kokkos_backend {
-
-struct Cloth;
-struct ClothSystem;
-
-/// What contact leaves a node: directions in which it is free, and how friction changes its row.
-struct NodeFreedom {
-  Matrix3 free;          // Q: I, without a normal, or 0
-  Matrix3 turning;       // N/m: friction's change with the direction of slip
-  Column3 drag, normal;  // μ e and n of a slipping node: friction follows the pressing force
-  bool all = true;       // Q = I, and there is no friction
-};
 
 class ClothTangent {
  public:
@@ -29,7 +19,7 @@ class ClothTangent {
   /// bending.
   void update(const ClothSystem& s, const std::vector<Double3>& shift);
   /// The block of node n.
-  Matrix3 own(Index n) const { return own_[at(n)] + bending_[at(n)] * Matrix3::Identity(); }
+  Matrix3 own(Index n) const { return own_[at(n)] + pattern_.bending[at(n)] * Matrix3::Identity(); }
   /// Groups of nodes between which there are few entries: the parts of the factor of the edges.
   Index groups() const { return edge_pairs_.cholesky.parts(); }
   Index group(Index n) const { return group_[at(n)]; }
@@ -68,37 +58,13 @@ class ClothTangent {
   };
   /// K between a node and another that shares an edge with it, with a fourth row of zeros: columns are loaded whole.
   using PairBlock = Eigen::Matrix<Real, 4, 3>;
-  struct Pair {
-    Index other, edge;  // edge: as edge_of_
-    Real bend;          // N/m
-  };
-  /// What only bending joins.
-  struct BendingPair {
-    Index other;
-    Real bend;  // N/m
-  };
-  /// What a triangle adds to an edge: its block (triangle · 6 + 3 + pair), or that turned over.
-  struct EdgePart {
-    std::size_t block;
-    bool transposed;
-  };
-  void find_edges(const ClothSystem& s, Index triangles);
-  void list_pairs(const ClothSystem& s);
   NodeGraph pattern_of(const ClothSystem& s, bool all) const;
   void make_room(const ClothSystem& s, Factor& f) const;
-  void add_triangles(const ClothSystem& s, const std::vector<Double3>& shift);
 
   Index nodes_, edges_, triangles_;
-  std::vector<Index> edge_of_;  // of each link: 2 · edge, + 1 on the edge's second node; −1: it only bends
-  std::vector<Index> pair_of_;  // of each link that has an edge
-  std::vector<Index> pair_start_, bending_start_;  // of each node
-  std::vector<Pair> pairs_;
-  std::vector<PairBlock> between_;  // of each pair, with its bending
-  std::vector<BendingPair> bending_pairs_;
-  std::vector<Index> part_start_;  // of each edge, in parts_
-  std::vector<EdgePart> parts_;
+  TangentPattern pattern_;
+  std::vector<PairBlock> between_;     // of each pair, with its bending
   std::vector<Matrix3> own_, shared_;  // of each node; of each edge, row of its first node
-  std::vector<Real> bending_;          // of each node, N/m: B_nn
   std::vector<Matrix3> of_triangle_;   // six per triangle: of its corners, of its edges 01, 12, 20
   std::vector<Index> free_, row_of_;   // nodes by the factor's rows; −1: pinned
   std::vector<Index> group_;           // of each node; −1: pinned
