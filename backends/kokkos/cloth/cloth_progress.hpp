@@ -43,7 +43,8 @@ struct ClothProgress {
   double forecast_from = 1e300;  // the residual at the last forecast
   int checks = 0;
   bool is_hopeless = false;
-  int patience = 0;  // checks after which the residual must be below the marked one; 0: it may be anything
+  bool newton_failed = false;  // a call of Newton's method in this solve, on a GPU
+  int patience = 0;            // checks after which the residual must be below the marked one; 0: it may be anything
 
   /// ω of the next iteration.
   KOKKOS_INLINE_FUNCTION Real next_weight() {

@@ -8,6 +8,7 @@
 
 #include "base/stop_request.hpp"
 #include "cloth/clearance.hpp"
+#include "cloth/newton_node.hpp"
 #include "cloth/pins.hpp"
 #include "cloth/wet_cloth.hpp"
 
@@ -47,6 +48,22 @@ MemoryEstimate newton_bytes(const Sizing& s) {
   return sum;
 }
 
+/// Of cuda/resident_newton.cpp: blocks of the tangent, 60 pairs of vectors of the linear solver, iterates in double,
+/// and the inverses of patches of 34 nodes (24 in double).
+double resident_newton_bytes(const Sizing& s) {
+  const SetupSize& c = s.size;
+  // A scene's cloth that is not for it (is_for_newton) is counted too where it touches bodies.
+  const bool has_triangles = c.membrane || c.strain_limit;
+  if (!(has_triangles || !c.scene.bodies.empty() || !c.liquid) || c.nodes > most_newton_nodes) return 0;
+  const double patch = s.real == sizeof(float) ? 34 : 24, triple = 3 * double_bytes, block = 9 * s.real;
+  double node = 7 * triple + (5 + 2 * 60) * 3 * s.real + 4 * block + 2 * 3 * s.real + 9 * patch * s.real +
+                6 * index_bytes + 3 * sizeof(std::uint16_t) + s.real;
+  if (!c.scene.bodies.empty()) node += 2 * sizeof(NodeNearby) + sizeof(ZoneNode);
+  return c.nodes * node + c.edges * (2 * (block + 5 * index_bytes) + index_bytes) +
+         (c.links - 2 * c.edges) * 3 * index_bytes +
+         (has_triangles ? c.triangles : 0) * (6 * block + 2 * triple + 3 * 2 * double_bytes);
+}
+
 /// Of cuda/resident_cloth.cpp, which other builds do not compile: two iterates and the patches.
 double resident_cloth_bytes(const Sizing& s) {
   return s.size.nodes * (8 * s.real + 3 * index_bytes) + s.size.links * sizeof(std::uint16_t);
@@ -59,7 +76,7 @@ MemoryEstimate cloth_solver_bytes(const Sizing& s) {
   if (!s.size.moving_cloth) return sum;
   sum.cloth = s.size.nodes * (s.size.softens ? 16 : 15) * s.real;
   if (s.size.xpbd) sum.cloth += multiplier_bytes(s);
-  if (s.gpu && !s.size.xpbd) sum.cloth += resident_cloth_bytes(s);
+  if (s.gpu && !s.size.xpbd) sum.cloth += resident_cloth_bytes(s) + resident_newton_bytes(s);
   if (!s.gpu && !s.size.xpbd) sum += newton_bytes(s);
   return sum;
 }
@@ -261,6 +278,9 @@ ClothIteration::ClothIteration(const Constants& constants, const Bodies& bodies,
   progress_.rho = reachable_radius(constants.model.scene.cloth_solver.max_iterations);
   const SpectralBound bound(system_);
   if (resident_) {
+    resident_newton_ =
+        constants.model.cloth_engine == ClothEngine::own &&
+        prepare_resident_newton(constants, cloth, solver, system_, constants.model.cloth_pushes_bodies());
     find_maximum(spectral_bound, cloth.nodes.count, bound, resident_spectral_bound(solver));
     return;
   }
@@ -273,7 +293,9 @@ void ClothIteration::run(int most) {
   if (!solves_) return;
   if (resident_) {
     const bool first = !under_way_ && progress_.iterations == 0;
-    run_resident_cloth(solver_, system_, cloth_.nodes.count, first ? &progress_ : nullptr, most, tolerance_, floor_);
+    if (resident_newton_) run_resident_newton(solver_, system_, progress_, most, tolerance_, floor_);
+    run_resident_cloth(solver_, system_, cloth_.nodes.count, first && !resident_newton_ ? &progress_ : nullptr, most,
+                       tolerance_, floor_, resident_newton_);
     under_way_ = true;
     return;
   }
@@ -400,7 +422,11 @@ double ClothIteration::residual() const { return imbalance(cloth_, solver_, syst
 #ifndef KOKKOS_ENABLE_CUDA
 bool prepare_resident_cloth(const Constants&, const Cloth&, ClothSolverWork&, const ClothSystem&) { return false; }
 Kokkos::View<double, MemSpace> resident_spectral_bound(const ClothSolverWork&) { return {}; }
-void run_resident_cloth(ClothSolverWork&, const ClothSystem&, Index, const ClothProgress*, int, double, double) {}
+void run_resident_cloth(ClothSolverWork&, const ClothSystem&, Index, const ClothProgress*, int, double, double, bool) {}
+bool prepare_resident_newton(const Constants&, const Cloth&, ClothSolverWork&, const ClothSystem&, bool) {
+  return false;
+}
+void run_resident_newton(ClothSolverWork&, const ClothSystem&, const ClothProgress&, int, double, double) {}
 ClothProgress resident_progress(const ClothSolverWork&) { return {}; }
 #endif
 

@@ -28,8 +28,9 @@ struct ClothSolverWork {
       last_triangle_stress;                        // 2 per triangle with a limit or a membrane: the columns of P, N·m
   Field<Real> triangle_rate;                       // 2 per triangle: θ, 1
   std::shared_ptr<struct ResidentCloth> resident;  // of CUDA (cloth/cuda/resident_cloth.cpp)
-  std::shared_ptr<class NewtonCloth> newton;       // of a host, or of a GPU's (cloth/newton.hpp)
-  Kokkos::View<Real*, Kokkos::HostSpace> fields_on_host;  // a GPU's Bodies::distance_fields, once its host needs them
+  std::shared_ptr<struct ResidentNewton> resident_newton;  // of CUDA (cloth/cuda/resident_newton.cpp)
+  std::shared_ptr<class NewtonCloth> newton;               // of a host, or of a GPU's (cloth/newton.hpp)
+  Kokkos::View<Real*, Kokkos::HostSpace> fields_on_host;   // a GPU's Bodies::distance_fields, once its host needs them
 };
 
 MemoryEstimate cloth_solver_bytes(const Sizing& s);
@@ -431,8 +432,9 @@ class ClothIteration {
   ClothProgress progress_;
   bool solves_;                        // false: all nodes are pinned
   bool resident_, under_way_ = false;  // resident: see below
-  bool newton_ = false;
-  bool has_failed_ = false;  // a call of Newton's method in this solve
+  bool newton_ = false;                // of a host
+  bool resident_newton_ = false;       // before the resident iterations
+  bool has_failed_ = false;            // a call of Newton's method in this solve
 };
 
 // cuda/resident_cloth.cpp: all iterations of a call in one kernel that stays on the device, several times as fast as
@@ -445,9 +447,26 @@ bool prepare_resident_cloth(const Constants& constants, const Cloth& cloth, Clot
 Kokkos::View<double, MemSpace> resident_spectral_bound(const ClothSolverWork& solver);
 /// ClothIteration::run; `begin` for the first call of a solve, with the largest ρ that it may use; null to go on.
 void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin,
-                        int most, double tolerance, double floor);
+                        int most, double tolerance, double floor, bool after_newton);
 /// Waits for it.
 ClothProgress resident_progress(const ClothSolverWork& solver);
+/// Where the device keeps its progress.
+struct ResidentProgress {
+  const double* spectral_bound;
+  ClothProgress *progress, *seen;
+};
+ResidentProgress resident_progress_of(const ClothSolverWork& solver);
+
+// cuda/resident_newton.cpp: Newton's method in one kernel that stays on the device. The resident iterations follow
+// where it has not converged, or expects them to take less time.
+inline constexpr Index most_newton_nodes = 60000;  // iterations of larger cloths keep a GPU busy
+/// Does it pay: beside resident iterations, for the cloths that is_for_newton() names, if they have not too many nodes?
+/// (Then it makes its arrays.) Begins a solve; `pushes_bodies`: do dynamic bodies feel the cloth?
+bool prepare_resident_newton(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver,
+                             const ClothSystem& s, bool pushes_bodies);
+/// `begin` counts in the first call of a solve; `most` iterations at most.
+void run_resident_newton(ClothSolverWork& solver, const ClothSystem& s, const ClothProgress& begin, int most,
+                         double tolerance, double floor);
 
 // newton.cpp: on a host Newton's method needs few iterations.
 /// Can it be done: where kernels run on the host. (Then it makes its arrays.)

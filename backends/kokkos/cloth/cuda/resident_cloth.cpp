@@ -223,8 +223,13 @@ Kokkos::View<double, MemSpace> resident_spectral_bound(const ClothSolverWork& so
   return solver.resident->spectral_bound;
 }
 
+ResidentProgress resident_progress_of(const ClothSolverWork& solver) {
+  const ResidentCloth& r = *solver.resident;
+  return {r.spectral_bound.data(), r.progress.data(), r.seen.data()};
+}
+
 void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nodes, const ClothProgress* begin,
-                        int most, double tolerance, double floor) {
+                        int most, double tolerance, double floor, bool after_newton) {
   ResidentCloth& r = *solver.resident;
   ClothSystem system = s;
   ResidentArrays arrays{solver.displacement.data(),
@@ -234,7 +239,7 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
                         r.spectral_bound.data(),
                         r.progress.data(),
                         r.seen.data()};
-  ResidentRun run{begin != nullptr ? *begin : ClothProgress{}, begin != nullptr, most, tolerance, floor};
+  ResidentRun run{begin != nullptr ? *begin : ClothProgress{}, begin != nullptr, after_newton, most, tolerance, floor};
   PatchView patch = r.patches.view(r.plan.threads / r.plan.lanes);
   void* arguments[] = {&system, &arrays, &patch, &run, &nodes};
   const ExecSpace space = exec();

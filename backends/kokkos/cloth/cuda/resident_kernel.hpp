@@ -27,7 +27,8 @@ struct ResidentArrays {
 /// One call.
 struct ResidentRun {
   ClothProgress begin;
-  bool first;  // of the solve
+  bool first;         // of the solve
+  bool after_newton;  // nothing is left to do if Newton's method has converged
   int most;
   double tolerance, floor;
 };
@@ -268,7 +269,7 @@ inline __device__ ClothProgress progress_at_start(const ClothSystem& s, const Re
   ClothProgress progress = run.first ? run.begin : *a.progress;
   if (run.first)
     progress.rho = smaller(progress.rho, *a.spectral_bound);
-  else
+  else if (progress.iterations > 0)  // 0: Newton's method has left all of it
     progress.move_on(s.solids.extent(0) > 0);
   return progress;
 }
@@ -291,6 +292,7 @@ template <int kept, bool plain, int threads, Exchange exchange, int lanes, int t
 __global__ void __launch_bounds__(threads, 1)
     iterate(ClothSystem s, ResidentArrays a, PatchView patch, ResidentRun run, Index nodes) {
   if constexpr (compiled_here<exchange>) {
+    if (run.after_newton && a.progress->residual <= 1) return;
     if constexpr (!plain) s.solids = in_shared_memory(s.solids);
     Meeting<exchange> meeting;
     NodeIterates<kept, plain, exchange, lanes, triangles> node(s, a, patch, nodes);
