@@ -43,6 +43,8 @@ void allocate_work(const Constants& constants, Fluid& fluid, const Cloth& cloth,
     make_room_for_one(work.counts, "drench::advection::counts");
     work.motion = Kokkos::View<ClothMotion, MemSpace>("drench::advection::motion");
     work.near_count = Kokkos::View<Index, MemSpace>("drench::advection::near_count");
+    if (work.far_count.data() == nullptr)
+      work.far_count = Kokkos::View<Index, MemSpace>("drench::advection::far_count");
   }
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
   allocate_zeros(work.start, "drench::advection::start", nodes);
@@ -61,6 +63,7 @@ void allocate_work(const Constants& constants, Fluid& fluid, const Cloth& cloth,
   make_room(work.hit_weight, "drench::advection::hit_weight", capacity);
   make_room(work.hit_normal, "drench::advection::hit_normal", capacity);
   if (!on_host) make_room(work.near, "drench::advection::near", capacity);
+  if (!on_host) make_room(work.far, "drench::advection::far", capacity);
   if (fluid.tunnelled.data() == nullptr)
     fluid.tunnelled = Kokkos::View<Tunnelled, MemSpace>("drench::advection::tunnelled");
 }
@@ -69,9 +72,9 @@ void allocate_work(const Constants& constants, Fluid& fluid, const Cloth& cloth,
 
 MemoryEstimate advection_bytes(const Sizing& s) {
   const double r = s.real;
-  double particle = 3 * r + 1;                               // end, gone
-  if (s.size.samples > 0) particle += 6 * r + index_bytes;   // hit_weight, hit_normal, hit_triangle
-  if (s.size.samples > 0 && s.gpu) particle += index_bytes;  // near
+  double particle = 3 * r + 1;                                   // end, gone
+  if (s.size.samples > 0) particle += 6 * r + index_bytes;       // hit_weight, hit_normal, hit_triangle
+  if (s.size.samples > 0 && s.gpu) particle += 2 * index_bytes;  // near, far
   MemoryEstimate sum;
   sum.particles = particle_room(s) * particle;
   if (s.size.moving_cloth || s.size.liquid)  // start, momentum, hits; box
@@ -166,7 +169,7 @@ void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& wor
   const Entries<const Real> inverse_mass = cloth.nodes.inverse_mass;
   const Entries<std::int64_t> momentum = work.momentum;
   const Entries<Index> hits = work.hits;
-  const auto near_count = work.near_count;
+  const auto near_count = work.near_count, far_count = work.far_count;
   const double unit = constants.quantum / momentum_steps;
   parallel(
       "drench::advection::momentum", cloth.nodes.count, KOKKOS_LAMBDA(const Index n) {
@@ -176,7 +179,7 @@ void apply_momentum(const Constants& constants, Cloth& cloth, AdvectionWork& wor
         if (fixed(n)) pin_force(n) = narrow(minus(widen(pin_force(n)), times(unit / dt, p)));
         for (Index a = 0; a < 3; ++a) momentum(3 * n + a) = 0;
         hits(n) = 0;
-        if (n == 0) near_count() = 0;
+        if (n == 0) near_count() = far_count() = 0;
       });
 }
 

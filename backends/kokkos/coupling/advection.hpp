@@ -74,6 +74,8 @@ struct AdvectionWork {
   Field<Index> hit_triangle;                 // −1: none
   Field<Index> near;                         // on a GPU: particles that may hit, in no order
   Kokkos::View<Index, MemSpace> near_count;  // zero between steps
+  Field<Index> far;                          // of a GPU: particles whose list does not have all that they can hit
+  Kokkos::View<Index, MemSpace> far_count;   // zero between steps
   Field<std::uint8_t> gone;                  // 1: beyond the border; 2: in a drain
   Field<Drain> drains;                       // of a scene that has some
 };

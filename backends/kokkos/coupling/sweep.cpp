@@ -102,6 +102,16 @@ struct Sweep {
     return {lo, hi, grow, listed && Kokkos::sqrt(inner(most, most)) + grow < support};
   }
 
+  /// May there be cloth near the path that the list does not have?
+  KOKKOS_INLINE_FUNCTION bool has_cloth_out_of_list(const Path& path) const {
+    const Reach reach = reach_of(path);
+    if (reach.listed) return false;
+    if (clusters > 0) return true;
+    const Box box = box_of(path, reach);
+    CellCoord a = cells.cell_of(box.lo), b = cells.cell_of(box.hi);
+    cells.clip(a, b);
+    return a.x <= b.x && a.y <= b.y && a.z <= b.z;
+  }
   /// Visits the triangle of each sample near the path, if its box is: each that can be hit, some of them often. Cloth
   /// that collides with itself may be stretched too far for samples: then the triangles of clusters whose boxes are
   /// near.
@@ -127,8 +137,13 @@ struct Sweep {
       visit_clusters(path, who, visitor);
       return;
     }
+    const Box box = box_of(path, reach);
+    visit_cells(box.lo, box.hi, path, who, visitor);
+  }
+  /// Where samples were at the start whose triangles a path can hit.
+  KOKKOS_INLINE_FUNCTION static Box box_of(const Path& path, const Reach& reach) {
     const Double3 x0 = widen(path.x0), grow{reach.grow, reach.grow, reach.grow};
-    visit_cells(narrow(minus(add(x0, reach.lo), grow)), narrow(add(add(x0, reach.hi), grow)), path, who, visitor);
+    return {narrow(minus(add(x0, reach.lo), grow)), narrow(add(add(x0, reach.hi), grow))};
   }
   template <class Who, class Visitor>
   KOKKOS_INLINE_FUNCTION void visit_cells(const Real3& least_point, const Real3& most_point, const Path& path,
@@ -320,6 +335,24 @@ void place_boxes(const Sweep& sweep, Index triangles) {
       });
 }
 
+/// The same of the others that kernel sweep has found: cloth that is stretched may be far from its samples, and then
+/// many of them are near.
+void look_far(const Fluid& fluid, AdvectionWork& work, const Sweep& sweep) {
+  const Entries<const Real3> position = fluid.particles.position;
+  const Entries<Index> near = work.near;
+  const Entries<const Index> far = std::as_const(work).far;
+  const auto near_count = work.near_count, far_count = work.far_count;
+  const Index groups = smaller(fluid.particles.count, rows_at_once);
+  parallel(
+      "drench::advection::look_far", groups * row_lanes, KOKKOS_LAMBDA(const Index thread) {
+        for (Index k = thread / row_lanes; k < far_count(); k += groups) {
+          const Index i = far(k), lane = thread % row_lanes;
+          if (!sweep.may_hit(i, Path(position(i), sweep.path_end(i)), LanesOfRow{lane}) || lane > 0) continue;
+          near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
+        }
+      });
+}
+
 /// Looks for what particles may hit whose list has all of it.
 void look_near(const Fluid& fluid, const NeighborLists& lists, AdvectionWork& work, const Sweep& sweep) {
   const Entries<const Real3> position = fluid.particles.position;
@@ -333,7 +366,7 @@ void look_near(const Fluid& fluid, const NeighborLists& lists, AdvectionWork& wo
       });
 }
 
-/// Stops the particles that kernels sweep and look have found.
+/// Stops the particles that kernels look and look_far have found.
 void stop_near(const Fluid& fluid, const AdvectionWork& work, const Sweep& sweep) {
   const Entries<const Real3> position = fluid.particles.position;
   const Entries<const Index> near = work.near;
@@ -404,22 +437,24 @@ void sweep_paths(const Constants& constants, const Fluid& fluid, const NeighborL
   place_boxes(sweep, cloth.mesh.triangles);
   const Entries<const Real3> position = fluid.particles.position, velocity = fluid.particles.velocity,
                              shift = fluid.separation;
-  const Entries<Index> near = work.near;
-  const auto near_count = work.near_count;
+  const Entries<Index> far = work.far;
+  const auto far_count = work.far_count;
   parallel(
       "drench::advection::sweep", fluid.particles.count, KOKKOS_LAMBDA(const Index i) {
         const Real3 x0 = position(i), x1 = x0 + dt * velocity(i) + shift(i);
         const Path path(x0, x1);
         sweep.path_end(i) = x1;
         sweep.hit_triangle(i) = -1;
-        if ((!on_host && sweep.reach_of(path).listed) || !sweep.may_hit(i, path, Alone{0})) return;
-        if (on_host)
-          sweep.stop(i, x0, Alone{0});
-        else
-          near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
+        if (on_host) {
+          if (sweep.may_hit(i, path, Alone{0})) sweep.stop(i, x0, Alone{0});
+        } else if (sweep.has_cloth_out_of_list(path)) {
+          far(Kokkos::atomic_fetch_add(&far_count(), Index{1})) = i;
+        }
       });
-  if (!on_host) look_near(fluid, lists, work, sweep);
-  if (!on_host) stop_near(fluid, work, sweep);
+  if (on_host) return;
+  look_far(fluid, work, sweep);
+  look_near(fluid, lists, work, sweep);
+  stop_near(fluid, work, sweep);
 }
 
 void check_put_back(const Constants& constants, const Fluid& fluid, const NeighborLists& lists, const Cloth& cloth,
