@@ -459,7 +459,7 @@ ResidentProgress resident_progress_of(const ClothSolverWork& solver);
 
 // cuda/resident_newton.cpp: Newton's method in one kernel that stays on the device. The resident iterations follow
 // where it has not converged, or expects them to take less time.
-inline constexpr Index most_newton_nodes = 60000;  // iterations of larger cloths keep a GPU busy
+inline constexpr Index most_newton_nodes = 20000;  // Jacobi iterations of larger cloths keep a GPU busy
 /// Does it pay: beside resident iterations, for the cloths that is_for_newton() names, if they have not too many nodes?
 /// (Then it makes its arrays.) Begins a solve; `pushes_bodies`: do dynamic bodies feel the cloth?
 bool prepare_resident_newton(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver,
