@@ -235,7 +235,7 @@ void ClothTangent::precondition(const std::vector<NodeFreedom>& freedom, const N
     if (!freedom[at(n)].all) x = (freedom[at(n)].free * x).eval();
   });
   held_->cholesky.solve(solution_.data());
-  each([&](Index n, Eigen::Map<Column3> x) {
+  each([&](Index n, const Eigen::Map<Column3>& x) {
     at_node(z, n) = x;
     if (!freedom[at(n)].all) at_node(z, n) = (freedom[at(n)].free * x).eval();
   });

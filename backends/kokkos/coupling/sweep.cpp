@@ -1,6 +1,6 @@
 // Stage advection (law: src/stages/advection.hpp), law 3: paths. What may hit is decided in single precision with room
-// for rounding, what does hit in double. On a GPU kernels of their own do each: few particles hit, and a warp would wait
-// for each of them.
+// for rounding, what does hit in double. On a GPU kernels of their own do each: few particles hit, and a warp would
+// wait for each of them.
 
 #include "coupling/sweep.hpp"
 
