@@ -100,7 +100,7 @@ TEST(only_what_is_needed, porous_stages_launch_and_wait_as_seldom_as_they_do) {
   EXPECT_GE(launches("emission"), 12u);
   EXPECT_EQ(waits("emission"), 1);
   EXPECT_EQ(waits("diffusion"), 0);
-  EXPECT_EQ(launches("advection"), on_host ? 8u : 11u);  // on a GPU three for the collisions
+  EXPECT_EQ(launches("advection"), on_host ? 8u : 11u);  // on a GPU four for the collisions
   EXPECT_EQ(waits("advection"), 1);
   EXPECT_EQ(launches("ledger"), on_host ? 3u : 1u);
   EXPECT_EQ(waits("ledger"), 1);

@@ -43,8 +43,7 @@ void allocate_work(const Constants& constants, Fluid& fluid, const Cloth& cloth,
     make_room_for_one(work.counts, "drench::advection::counts");
     work.motion = Kokkos::View<ClothMotion, MemSpace>("drench::advection::motion");
     work.near_count = Kokkos::View<Index, MemSpace>("drench::advection::near_count");
-    if (work.far_count.data() == nullptr)
-      work.far_count = Kokkos::View<Index, MemSpace>("drench::advection::far_count");
+    work.far_count = Kokkos::View<Index, MemSpace>("drench::advection::far_count");
   }
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
   allocate_zeros(work.start, "drench::advection::start", nodes);

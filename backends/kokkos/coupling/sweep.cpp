@@ -335,8 +335,20 @@ void place_boxes(const Sweep& sweep, Index triangles) {
       });
 }
 
-/// The same of the others that kernel sweep has found: cloth that is stretched may be far from its samples, and then
-/// many of them are near.
+/// Looks for what particles may hit whose list has all of it.
+void look_near(const Fluid& fluid, const NeighborLists& lists, AdvectionWork& work, const Sweep& sweep) {
+  const Entries<const Real3> position = fluid.particles.position;
+  const Entries<Index> near = work.near;
+  const auto near_count = work.near_count;
+  parallel_filled_rows(
+      "drench::advection::look", lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
+        const Path path(position(i), sweep.path_end(i));
+        if (!sweep.reach_of(path).listed || !sweep.may_hit(i, path, LanesOfRow{lane}) || lane > 0) return;
+        near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
+      });
+}
+
+/// The same of the particles whose list lacks some of it. Where cloth is stretched, many samples are then near.
 void look_far(const Fluid& fluid, AdvectionWork& work, const Sweep& sweep) {
   const Entries<const Real3> position = fluid.particles.position;
   const Entries<Index> near = work.near;
@@ -350,19 +362,6 @@ void look_far(const Fluid& fluid, AdvectionWork& work, const Sweep& sweep) {
           if (!sweep.may_hit(i, Path(position(i), sweep.path_end(i)), LanesOfRow{lane}) || lane > 0) continue;
           near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
         }
-      });
-}
-
-/// Looks for what particles may hit whose list has all of it.
-void look_near(const Fluid& fluid, const NeighborLists& lists, AdvectionWork& work, const Sweep& sweep) {
-  const Entries<const Real3> position = fluid.particles.position;
-  const Entries<Index> near = work.near;
-  const auto near_count = work.near_count;
-  parallel_filled_rows(
-      "drench::advection::look", lists.near_sheet, KOKKOS_LAMBDA(const Index i, const Index lane) {
-        const Path path(position(i), sweep.path_end(i));
-        if (!sweep.reach_of(path).listed || !sweep.may_hit(i, path, LanesOfRow{lane}) || lane > 0) return;
-        near(Kokkos::atomic_fetch_add(&near_count(), Index{1})) = i;
       });
 }
 
