@@ -11,22 +11,10 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int most_iterations = 40;   // of one solve
-constexpr int most_linear = 60;       // iterations of a linear solve
-constexpr double forcing = 0.05;      // of the linear residual that may be left
-constexpr double no_progress = 1e-8;  // of the square of the linear residual, if an iteration takes away no more
-constexpr double factor_cost = 8;     // a new factor takes as long as so many linear iterations
-constexpr int usual_linear = 10;      // iterations of a linear solve with a factor of all pairs
-constexpr Index many_changed = 20;    // nodes whose free directions differ from the factor's, likewise
-constexpr Index few_toggled = 2;      // nodes that may change their state while steps are combined
-constexpr double most_growth = 2;     // of the residual that a step may cause
-constexpr int most_halvings = 3;      // of a step
-constexpr int late_after = 6;         // iterations: then what presses touches, whatever sweeps foresee, ...
-constexpr Index many_toggled = 40;    // ... if so many nodes still change their state, ...
-constexpr int stands_after = 12;      // ... or, in every other four iterations, if the residual does not fall
-constexpr int slow_after = 4;         // iterations: then what has not halved in three of them is relaxed locally
-constexpr double same_way = 0.3;      // cosine between two steps of a slow solve above which the second is lengthened
-constexpr double longest = 32;        // times the Newton step: the most that it is lengthened
+constexpr int most_linear = 60;             // iterations of a linear solve
+constexpr double factor_cost = 8;           // a new factor takes as long as so many linear iterations
+constexpr int usual_linear = 10;            // iterations of a linear solve with a factor of all pairs
+constexpr Index few_toggled = 2;            // nodes that may change their state while steps are combined
 constexpr double rounding = 0.5 * 2.2e-16;  // of Σ D L: what the sums leave of a residual
 
 }  // namespace

@@ -9,8 +9,7 @@
 namespace drench::kokkos_backend {
 namespace {
 
-constexpr int zone_sweeps = 4;                 // of Gauss-Seidel
-constexpr Real other_directions = Real(0.02);  // squared: from there on a node is free in others than in the factor
+constexpr int zone_sweeps = 4;  // of Gauss-Seidel
 
 }  // namespace
 

@@ -49,6 +49,23 @@ struct SolidSight {
 };
 inline constexpr double margin_at_dynamic_bodies = 0.002;
 
+// Of Newton's method, on a host and on a GPU.
+inline constexpr int most_iterations = 40;   // of one solve
+inline constexpr double forcing = 0.05;      // of the linear residual that may be left
+inline constexpr double no_progress = 1e-8;  // of the square of the linear residual, if an iteration takes away no more
+inline constexpr Index many_changed =
+    20;  // nodes whose free directions differ from the preconditioner's: it is renewed
+inline constexpr Real other_directions = Real(0.02);  // squared: from there on they differ
+inline constexpr double most_growth = 2;              // of the residual that a step may cause
+inline constexpr int most_halvings = 3;               // of a step
+inline constexpr int late_after = 6;       // iterations: then what presses touches, whatever sweeps foresee, ...
+inline constexpr Index many_toggled = 40;  // ... if so many nodes still change their state, ...
+inline constexpr int stands_after = 12;    // ... or, in every other four iterations, if the residual does not fall
+inline constexpr int slow_after = 4;       // iterations: from then on a residual that has not halved in three is slow
+inline constexpr double same_way =
+    0.3;                               // cosine between two steps of a slow solve above which the second is lengthened
+inline constexpr double longest = 32;  // times the Newton step: the most that it is lengthened
+
 /// The solid that squeezes a node together with solid b, where the node touches both: on the other side of the
 /// narrowest gap; -1 if there is none.
 KOKKOS_INLINE_FUNCTION std::int64_t opposite_solid(const ClothSystem& s, std::int64_t b, const NearSolid<double>& own,

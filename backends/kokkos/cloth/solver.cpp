@@ -52,12 +52,11 @@ MemoryEstimate newton_bytes(const Sizing& s) {
 /// and the inverses of patches of 34 nodes (24 in double).
 double resident_newton_bytes(const Sizing& s) {
   const SetupSize& c = s.size;
-  // A scene's cloth that is not for it (is_for_newton) is counted too where it touches bodies.
   const bool has_triangles = c.membrane || c.strain_limit;
-  if (!(has_triangles || !c.scene.bodies.empty() || !c.liquid) || c.nodes > most_newton_nodes) return 0;
+  if (!is_for_newton(c.scene, has_triangles, c.nodes)) return 0;
   const double patch = s.real == sizeof(float) ? 34 : 24, triple = 3 * double_bytes, block = 9 * s.real;
   double node = 7 * triple + (5 + 2 * 60) * 3 * s.real + 4 * block + 2 * 3 * s.real + 9 * patch * s.real +
-                6 * index_bytes + 3 * sizeof(std::uint16_t) + s.real;
+                4 * index_bytes + sizeof(std::uint16_t) + s.real;
   if (!c.scene.bodies.empty()) node += 2 * sizeof(NodeNearby) + sizeof(ZoneNode);
   return c.nodes * node + c.edges * (2 * (block + 5 * index_bytes) + index_bytes) +
          (c.links - 2 * c.edges) * 3 * index_bytes +
@@ -70,6 +69,14 @@ double resident_cloth_bytes(const Sizing& s) {
 }
 
 }  // namespace
+
+bool is_for_newton(const Scene& scene, bool triangles, double nodes) {
+  constexpr double most_nodes = 20000;  // Jacobi iterations of larger cloths keep a GPU busy
+  const bool meshes = std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                  [](const BodyScene& body) { return body.kind == BodyScene::Kind::mesh; });
+  const bool alone = scene.bodies.empty() && !scene.fluid.present;
+  return nodes <= most_nodes && (triangles || meshes || alone);
+}
 
 MemoryEstimate cloth_solver_bytes(const Sizing& s) {
   MemoryEstimate sum;

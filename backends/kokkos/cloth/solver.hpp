@@ -459,9 +459,11 @@ ResidentProgress resident_progress_of(const ClothSolverWork& solver);
 
 // cuda/resident_newton.cpp: Newton's method in one kernel that stays on the device. The resident iterations follow
 // where it has not converged, or expects them to take less time.
-inline constexpr Index most_newton_nodes = 20000;  // Jacobi iterations of larger cloths keep a GPU busy
-/// Does it pay: beside resident iterations, for the cloths that is_for_newton() names, if they have not too many nodes?
-/// (Then it makes its arrays.) Begins a solve; `pushes_bodies`: do dynamic bodies feel the cloth?
+/// Does it pay? It does for cloth with fabric or strain limits (`triangles`), for cloth in scenes with mesh bodies, and
+/// for cloth alone, up to 20,000 nodes (docs/dev/cloth.md).
+bool is_for_newton(const Scene& scene, bool triangles, double nodes);
+/// False: it does not pay, or the device cannot. Makes its arrays at the first call, and begins a solve.
+/// `pushes_bodies`: do dynamic bodies feel the cloth?
 bool prepare_resident_newton(const Constants& constants, const Cloth& cloth, ClothSolverWork& solver,
                              const ClothSystem& s, bool pushes_bodies);
 /// `begin` counts in the first call of a solve; `most` iterations at most.

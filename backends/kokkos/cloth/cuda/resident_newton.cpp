@@ -26,14 +26,6 @@ template <class T>
 Array<T> array(const char* label, std::size_t count) {
   return Array<T>(Kokkos::ViewAllocateWithoutInitializing(label), count);
 }
-template <class T>
-Array<T> array_of(const char* label, const std::vector<T>& values) {
-  Array<T> a = array<T>(label, values.size());
-  copy_now(a, Kokkos::View<const T*, Kokkos::HostSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>>(values.data(),
-                                                                                                 values.size()));
-  return a;
-}
-
 struct IterateArrays {
   Array<Double3> shift, residual;
   Array<NodeNearby> near;
@@ -56,8 +48,8 @@ struct ResidentNewton {
   double margin = 0, mean_edge = 0;
   NewtonMesh mesh;
   // of the mesh
-  Array<Index> order, patch_start, patch_of, pair_start, bending_start, part_start, pair_link, pair_at, bending_at;
-  Array<std::uint16_t> colour, place;
+  Array<Index> order, patch_start, pair_start, bending_start, part_start, pair_link, pair_at, bending_at;
+  Array<std::uint16_t> colour;
   Array<TangentPair> pair;
   Array<BendingPair> bending_pair;
   Array<EdgePart> part;
@@ -117,21 +109,22 @@ auto entries(const View& view) {
 }
 
 /// Which nodes share blocks, from the device's arrays.
-class Links {
- public:
-  Links(const Cloth& cloth, const ClothSystem& s)
-      : start_(on_host_now(cloth.nodes.link_start)),
-        link_(on_host_now(cloth.nodes.link)),
-        edge_(on_host_now(cloth.mesh.edge)),
-        triangle_(on_host_now(cloth.mesh.triangle)) {
+struct Links {
+  std::unique_ptr<TangentPattern> pattern;
+  NodeGraph near;  // by edges
+  std::vector<Index> pair_link;
+
+  Links(const Cloth& cloth, const ClothSystem& s) : near(static_cast<std::size_t>(cloth.nodes.count)) {
+    const auto link_start = on_host_now(cloth.nodes.link_start);
+    const auto link = on_host_now(cloth.nodes.link);
+    const auto edge = on_host_now(cloth.mesh.edge), triangle = on_host_now(cloth.mesh.triangle);
     ClothSystem host = s;
-    host.link_start = entries(start_);
-    host.link = entries(link_);
-    host.edge = entries(edge_);
-    host.triangle = entries(triangle_);
+    host.link_start = entries(link_start);
+    host.link = entries(link);
+    host.edge = entries(edge);
+    host.triangle = entries(triangle);
     const Index nodes = cloth.nodes.count, triangles = s.triangle_start.exist() ? cloth.mesh.triangles : 0;
     pattern = std::make_unique<TangentPattern>(host, nodes, cloth.mesh.edges, triangles);
-    near.resize(static_cast<std::size_t>(nodes));
     for (Index n = 0; n < nodes; ++n)
       for (Index p = pattern->pair_start[at(n)]; p < pattern->pair_start[at(n + 1)]; ++p)
         near[at(n)].push_back(pattern->pairs[at(p)].other);
@@ -139,49 +132,30 @@ class Links {
     for (std::size_t l = 0; l < pattern->pair_of.size(); ++l)
       if (pattern->pair_of[l] >= 0) pair_link[at(pattern->pair_of[l])] = static_cast<Index>(l);
   }
-
-  std::unique_ptr<TangentPattern> pattern;
-  NodeGraph near;
-  std::vector<Index> pair_link;
-
- private:
-  decltype(on_host_now(std::declval<const Cloth&>().nodes.link_start)) start_;
-  decltype(on_host_now(std::declval<const Cloth&>().nodes.link)) link_;
-  decltype(on_host_now(std::declval<const Cloth&>().mesh.edge)) edge_;
-  decltype(on_host_now(std::declval<const Cloth&>().mesh.triangle)) triangle_;
 };
 
-void list_mesh(const Cloth& cloth, const Links& links, int patches, ResidentNewton& r) {
+void list_mesh(const Cloth& cloth, const Links& links, const std::vector<std::uint16_t>& colour, int patches,
+               ResidentNewton& r) {
   const TangentPattern& pattern = *links.pattern;
   const auto nodes = static_cast<std::size_t>(cloth.nodes.count);
   const NewtonPatches patch = make_newton_patches(links.near, patches, most_patch);
-  std::vector<std::uint16_t> place(nodes);
-  std::vector<Index> patch_of(nodes);
-  for (int p = 0; p < patches; ++p)
-    for (Index k = patch.start[at(p)]; k < patch.start[at(p + 1)]; ++k) {
-      patch_of[at(patch.order[at(k)])] = p;
-      place[at(patch.order[at(k)])] = static_cast<std::uint16_t>(k - patch.start[at(p)]);
-    }
-  const std::vector<std::uint16_t> colour = colours_of(links.near);
-  r.order = array_of("drench::cloth::newton_order", patch.order);
-  r.patch_start = array_of("drench::cloth::newton_patches", patch.start);
-  r.patch_of = array_of("drench::cloth::newton_patch", patch_of);
-  r.place = array_of("drench::cloth::newton_place", place);
-  r.colour = array_of("drench::cloth::newton_colour", colour);
-  r.pair_start = array_of("drench::cloth::newton_pair_start", pattern.pair_start);
-  r.bending_start = array_of("drench::cloth::newton_bending_start", pattern.bending_start);
-  r.part_start = array_of("drench::cloth::newton_part_start", pattern.part_start);
+  r.order = to_device<Index>("drench::cloth::newton_order", patch.order);
+  r.patch_start = to_device<Index>("drench::cloth::newton_patches", patch.start);
+  r.colour = to_device<std::uint16_t>("drench::cloth::newton_colour", colour);
+  r.pair_start = to_device<Index>("drench::cloth::newton_pair_start", pattern.pair_start);
+  r.bending_start = to_device<Index>("drench::cloth::newton_bending_start", pattern.bending_start);
+  r.part_start = to_device<Index>("drench::cloth::newton_part_start", pattern.part_start);
   std::vector<Index> rank(nodes), pair_at, bending_at;
   for (std::size_t k = 0; k < nodes; ++k) rank[at(patch.order[k])] = static_cast<Index>(k);
   for (const TangentPair& pair : pattern.pairs) pair_at.push_back(rank[at(pair.other)]);
   for (const BendingPair& pair : pattern.bending_pairs) bending_at.push_back(rank[at(pair.other)]);
-  r.pair_at = array_of("drench::cloth::newton_pair_at", pair_at);
-  r.bending_at = array_of("drench::cloth::newton_bending_at", bending_at);
-  r.pair_link = array_of("drench::cloth::newton_pair_link", links.pair_link);
-  r.pair = array_of("drench::cloth::newton_pair", pattern.pairs);
-  r.bending_pair = array_of("drench::cloth::newton_bending_pair", pattern.bending_pairs);
-  r.part = array_of("drench::cloth::newton_part", pattern.parts);
-  r.bending = array_of("drench::cloth::newton_bending", pattern.bending);
+  r.pair_at = to_device<Index>("drench::cloth::newton_pair_at", pair_at);
+  r.bending_at = to_device<Index>("drench::cloth::newton_bending_at", bending_at);
+  r.pair_link = to_device<Index>("drench::cloth::newton_pair_link", links.pair_link);
+  r.pair = to_device<TangentPair>("drench::cloth::newton_pair", pattern.pairs);
+  r.bending_pair = to_device<BendingPair>("drench::cloth::newton_bending_pair", pattern.bending_pairs);
+  r.part = to_device<EdgePart>("drench::cloth::newton_part", pattern.parts);
+  r.bending = to_device<Real>("drench::cloth::newton_bending", pattern.bending);
   r.mesh = {cloth.nodes.count,
             static_cast<Index>(r.of_triangle.extent(0) / 6),
             patches,
@@ -189,8 +163,6 @@ void list_mesh(const Cloth& cloth, const Links& links, int patches, ResidentNewt
             r.order.data(),
             r.patch_start.data(),
             r.colour.data(),
-            r.place.data(),
-            r.patch_of.data(),
             r.pair_start.data(),
             r.bending_start.data(),
             r.part_start.data(),
@@ -201,14 +173,6 @@ void list_mesh(const Cloth& cloth, const Links& links, int patches, ResidentNewt
             r.bending_at.data(),
             r.pair_link.data(),
             r.bending.data()};
-}
-
-/// Newton's method pays where the cloth has fabric or strain limits, touches meshes, or hangs alone, so that no liquid
-/// makes it move on and on within a step (docs/dev/cloth.md).
-bool is_for_newton(const Model& model, const ClothSystem& s) {
-  bool meshes = false;
-  for (const BodyScene& body : model.scene.bodies) meshes = meshes || body.kind == BodyScene::Kind::mesh;
-  return s.triangle_start.exist() || meshes || (model.scene.bodies.empty() && !model.has_fluid());
 }
 
 /// Blocks that fit on the device at once.
@@ -225,9 +189,8 @@ std::shared_ptr<ResidentNewton> make_resident_newton(const Constants& constants,
                                                      const ClothSystem& s) {
   auto r = std::make_shared<ResidentNewton>();
   const Index count = cloth.nodes.count;
-  const bool pays = is_for_newton(constants.model, s);
   const int most = most_blocks();
-  if (!pays || count > most_newton_nodes || most == 0) return r;
+  if (!is_for_newton(constants.model.scene, s.triangle_start.exist(), count) || most == 0) return r;
   const Links links(cloth, s);
   const std::vector<std::uint16_t> colour = colours_of(links.near);
   if (*std::max_element(colour.begin(), colour.end()) >= most_colours) return r;
@@ -241,7 +204,7 @@ std::shared_ptr<ResidentNewton> make_resident_newton(const Constants& constants,
   r->mean_edge = double(cloth.mesh.mean_edge);
   r->of_triangle = array<Matrix3>("drench::cloth::newton_triangles", 6 * triangles);
   r->corner_force = array<Double3>("drench::cloth::newton_corners", 2 * triangles);
-  list_mesh(cloth, links, patches, *r);
+  list_mesh(cloth, links, colour, patches, *r);
   r->now = IterateArrays(nodes, solids);
   r->next = IterateArrays(nodes, solids);
   r->best = array<Double3>("drench::cloth::newton_best", nodes);
