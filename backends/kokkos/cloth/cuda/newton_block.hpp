@@ -67,13 +67,8 @@ struct NewtonRun {
 /// A block's nodes as one thread sees them, and sums over all blocks.
 class NewtonBlock {
  protected:
-  __device__ NewtonBlock(const ClothSystem& s, const NewtonMesh& mesh, const NewtonArrays& arrays,
-                          const NewtonRun& run)
-      : s_(s),
-        m_(mesh),
-        a_(arrays),
-        run_(run),
-        thread_(static_cast<int>(threadIdx.x)) {
+  __device__ NewtonBlock(const ClothSystem& s, const NewtonMesh& mesh, const NewtonArrays& arrays, const NewtonRun& run)
+      : s_(s), m_(mesh), a_(arrays), run_(run), thread_(static_cast<int>(threadIdx.x)) {
     const int block = static_cast<int>(blockIdx.x), blocks = static_cast<int>(gridDim.x);
     first_patch_ = static_cast<int>(std::int64_t(m_.patches) * block / blocks);
     end_patch_ = static_cast<int>(std::int64_t(m_.patches) * (block + 1) / blocks);
