@@ -1,12 +1,16 @@
 #pragma once
-// Ctrl-C and a batch system's notice, while a run goes on.
+// Ctrl-C, a batch system's notice and the end of a terminal, while a run goes on.
+
+#include <array>
 
 namespace drench {
 
-/// While it lives, the first SIGINT or SIGTERM is noted, and a second one ends the program at once.
+/// While it lives, the first SIGINT, SIGTERM or SIGHUP is noted, and a second one ends the program at once. Signals
+/// that the program was started to ignore stay ignored.
 class InterruptGuard {
  public:
-  InterruptGuard();
+  /// `speaks_of_it`: answers a signal with a line on stderr.
+  explicit InterruptGuard(bool speaks_of_it);
   ~InterruptGuard();
   InterruptGuard(const InterruptGuard&) = delete;
   InterruptGuard& operator=(const InterruptGuard&) = delete;
@@ -15,8 +19,7 @@ class InterruptGuard {
   static bool asked();
 
  private:
-  void (*before_)(int);
-  void (*before_end_)(int);
+  std::array<void (*)(int), 3> before_{};
 };
 
 }  // namespace drench

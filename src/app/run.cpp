@@ -36,6 +36,12 @@
 namespace drench {
 namespace {
 
+/// No exception where the terminal has gone: the run goes on, or saves its checkpoint.
+void print_line(std::FILE* to, const std::string& text) {
+  std::fputs((text + "\n").c_str(), to);
+  std::fflush(to);
+}
+
 /// A run from its first frame to its last line.
 class Run {
  public:
@@ -275,14 +281,13 @@ class Run {
 
   void say(const std::string& text) {
     if (!options_.quiet && first()) {
-      fmt::print("{}\n", text);
-      std::fflush(stdout);
+      print_line(stdout, text);
     }
     log_.write(text);
   }
 
   void warn(const std::string& text) {
-    if (!options_.quiet && first()) fmt::print(stderr, "warning: {}\n", text);
+    if (!options_.quiet && first()) print_line(stderr, "warning: " + text);
     log_.write("warning: " + text);
   }
 
@@ -313,7 +318,7 @@ class Run {
     log_.write("remedy: " + remedy);
     log_.write(warnings());
     write_memory();
-    if (first()) fmt::print(stderr, "{}\n", text);
+    if (first()) print_line(stderr, text);
     report();
     return exit_failed;
   }
@@ -333,7 +338,7 @@ class Run {
     if (folder_.empty() || !model_.scene.output.report) return;
     try {
       write_report(folder_, std::nullopt, folder_ / report_name);
-      if (!options_.quiet) fmt::print("report in {}\n", (folder_ / report_name).string());
+      if (!options_.quiet) print_line(stdout, "report in " + (folder_ / report_name).string());
     } catch (const std::exception& e) {
       warn(fmt::format("the report was not written: {}", e.what()));
     }
@@ -366,14 +371,14 @@ class Run {
     if (ranks_) table += rank_table(*ranks_, totals_, balance_);
     if (options_.profile && !ranks_ && options_.backend != "reference") table += totals_.array_table(named_arrays());
     log_.write(table);
-    if (options_.profile && first()) fmt::print("{}", table);
+    if (options_.profile && first()) std::fputs(table.c_str(), stdout);
     if (folder_.empty() || options_.quiet) return;
     std::string files;
     if (frames_)
       for (const std::string& name : frames_->collections()) files += (files.empty() ? "" : ", ") + name;
     const std::string pictures =
         frames_ ? fmt::format("; {} frames, open in ParaView: {}", frames_->frames(), files) : std::string();
-    fmt::print("output in {}{}\n", folder_.string(), pictures);
+    print_line(stdout, fmt::format("output in {}{}", folder_.string(), pictures));
   }
 
   const RunOptions& options_;
@@ -464,7 +469,9 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
     setup.state = std::move(resume->checkpoint.state);
     memory = foresee_memory(setup, budget);
   }
-  const InterruptGuard guard;  // before, nothing would be lost: a signal ends the program at once
+  const InterruptGuard guard(
+      !options.quiet &&
+      (!ranks || ranks->rank() == 0));  // before, nothing would be lost: a signal ends the program at once
   return Run(options, setup, *backend, memory, resume ? &*resume : nullptr, ranks).execute();
 }
 

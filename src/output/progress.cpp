@@ -46,15 +46,15 @@ void Progress::update(double time, std::int64_t step, std::int64_t steps_done, c
       time, end_, step, report.particles, report.divergence_iterations, report.density_iterations,
       report.cloth_iterations, mass_error, static_cast<double>(steps_done) / elapsed, left);
   if (terminal_)
-    fmt::print("\r{}\x1b[K", line);
+    std::fputs(fmt::format("\r{}\x1b[K", line).c_str(), stdout);  // no exception where the terminal has gone
   else
-    fmt::print("{}\n", line);
+    std::fputs((line + "\n").c_str(), stdout);
   line_open_ = terminal_;
   std::fflush(stdout);
 }
 
 void Progress::finish() {
-  if (line_open_) fmt::print("\n");
+  if (line_open_) std::fputs("\n", stdout);
   line_open_ = false;
   std::fflush(stdout);
 }

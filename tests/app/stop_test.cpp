@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <csignal>
 
 #include "base/stop_request.hpp"
 #include "output/checkpoint.hpp"
@@ -86,6 +87,27 @@ TEST_F(Stop, GoesOnFromTheLastCompleteStep) {
   ASSERT_EQ(o.code, 130) << o.err;
   ASSERT_EQ(run_drench(here(), words(iterations, {"--resume", "part", "--until", "0.012"})).code, 0);
   EXPECT_EQ(difference(here() / "whole", here() / "part"), "");
+}
+
+/// A terminal that closes ends a run as Ctrl-C does, with an answer; under nohup the run goes on.
+TEST_F(Stop, SavesACheckpointWhenTheTerminalCloses) {
+  const std::vector<std::string> run{
+      "run", "liquid.yaml", "--threads", "1", "--until", "0.1", "--set", "output.checkpoint_every=0.01", "-o"};
+  const auto into = [&](const char* folder) {
+    auto all = run;
+    all.emplace_back(folder);
+    return all;
+  };
+  const Outcome o = run_drench(
+      here(), into("o"), [&] { return steps_in("o") >= 2; }, SIGHUP);
+  EXPECT_EQ(o.code, 130) << o.err;
+  EXPECT_NE(o.err.find("drench: stopping"), std::string::npos) << o.err;
+  EXPECT_FALSE(checkpoints_in(here() / "o").empty());
+  const auto before = std::signal(SIGHUP, SIG_IGN);
+  const Outcome ignored = run_drench(
+      here(), into("ignored"), [&] { return steps_in("ignored") >= 2; }, SIGHUP);
+  std::signal(SIGHUP, before);
+  EXPECT_EQ(ignored.code, 0) << ignored.err;
 }
 
 }  // namespace
