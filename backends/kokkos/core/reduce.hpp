@@ -34,8 +34,15 @@ struct ThreeSums {
   }
 };
 
-/// Of a host's sums: so many parts, which become fewer, and then the last few.
-inline constexpr Index parts_of_sums[] = {4096, 256, 32};
+/// Of a host's sums: at most so many parts, which become a few, which one thread adds.
+inline constexpr Index parts_of_sums[] = {4096, 32};
+
+/// A host's parts of a sum: each has the next `length` of n terms.
+struct SumParts {
+  Index length, count;
+  SumParts(Index n, Index most)
+      : length(std::max(Index{64}, (n + most - 1) / most)), count((n + length - 1) / length) {}
+};
 
 inline SumRoom& sum_room() { return Workspace::current().sums; }
 
@@ -52,17 +59,36 @@ auto sums_in(Words& words, Index n) {
       reinterpret_cast<Sum*>(words.data()), static_cast<std::size_t>(n));
 }
 
-/// part(p) = Σ term(i) over i = p, p + parts, p + 2 parts, … < n, for all of its p.
-template <class Term, class Parts>
-void add_parts(const char* label, Index n, const Term& term, const Parts& part) {
-  const Index parts = static_cast<Index>(part.extent(0));
-  parallel(
-      label, parts, KOKKOS_LAMBDA(const Index p) {
-        typename Parts::non_const_value_type s{};
-        for (Index i = p; i < n; i += parts) s += term(i);
-        part(p) = s;
-      });
+#ifndef KOKKOS_ENABLE_CUDA
+/// Σ term(i) over part p of n terms.
+template <class Sum, class Term>
+Sum sum_of_part(Index p, Index n, const SumParts& parts, const Term& term) {
+  Sum s{};
+  const Index end = std::min(n, (p + 1) * parts.length);
+  for (Index i = p * parts.length; i < end; ++i) s += term(i);
+  return s;
 }
+template <class Sum, class Term>
+void add_parts(const char* label, Index n, const Term& term, SumParts parts, Sum* part) {
+  parallel(label, parts.count, [=](const Index p) { part[p] = sum_of_part<Sum>(p, n, parts, term); });
+}
+/// The same for two sums at once: the parts of the first, then those of the second.
+template <class Sum, class First, class Second>
+void add_pair_parts(const char* label, Index n_first, SumParts first_parts, const First& first, Index n_second,
+                    SumParts second_parts, const Second& second, Sum* part) {
+  parallel(label, first_parts.count + second_parts.count, [=](const Index p) {
+    part[p] = p < first_parts.count ? sum_of_part<Sum>(p, n_first, first_parts, first)
+                                    : sum_of_part<Sum>(p - first_parts.count, n_second, second_parts, second);
+  });
+}
+
+/// Partial sums as terms.
+template <class Sum>
+struct PartsFrom {
+  const Sum* part;
+  const Sum& operator()(Index i) const { return part[i]; }
+};
+#endif
 
 /// A term of a sum as Kokkos' reductions call it.
 template <class Sum, class Term>
@@ -119,8 +145,8 @@ struct SumUnderWay {
 template <class Sum, class Term>
 SumUnderWay<Sum> begin_ordered(const char* label, Index n, const Term& term, int slot = 0) {
   // On CUDA the blocks and the order of Kokkos' reduction depend on n and the kernel alone (core/thread_mapping.hpp
-  // looks), on a CPU on the threads too. There are many partial sums, then fewer and fewer; the host adds the last few.
-  constexpr Index most_parts = parts_of_sums[2];
+  // looks), on a CPU on the threads too.
+  constexpr Index most_parts = parts_of_sums[1];
   if (n == 0) return {label, nullptr, 0};
   SumRoom& room = sum_room();
   Sum* const at = sums_in<Sum>(room.few, 2 * most_parts).data() + (slot == 0 ? 0 : most_parts);
@@ -128,17 +154,11 @@ SumUnderWay<Sum> begin_ordered(const char* label, Index n, const Term& term, int
   reduce_into(label, n, Added<Sum, Term>{term}, at);
   return {label, at, 1};
 #else
-  constexpr Index many = parts_of_sums[0], some = parts_of_sums[1];
-  const auto first = sums_in<Sum>(room.many, n < many ? n : many);
-  const auto second = sums_in<Sum>(room.some, n < some ? n : some);
-  const Kokkos::View<Sum*, Kokkos::SharedHostPinnedSpace, Kokkos::MemoryTraits<Kokkos::Unmanaged>> last(
-      at, static_cast<std::size_t>(n < most_parts ? n : most_parts));
-  add_parts(label, n, term, first);
-  add_parts(
-      label, static_cast<Index>(first.extent(0)), KOKKOS_LAMBDA(const Index i) { return first(i); }, second);
-  add_parts(
-      label, static_cast<Index>(second.extent(0)), KOKKOS_LAMBDA(const Index i) { return second(i); }, last);
-  return {label, at, last.extent(0)};
+  const SumParts many(n, parts_of_sums[0]), few(many.count, most_parts);
+  const auto part = sums_in<Sum>(room.many, many.count);
+  add_parts(label, n, term, many, part.data());
+  add_parts(label, many.count, PartsFrom<Sum>{part.data()}, few, at);
+  return {label, at, static_cast<std::size_t>(few.count)};
 #endif
 }
 
@@ -148,30 +168,6 @@ Sum ordered(const char* label, Index n, const Term& term) {
   if (n == 0) return {};
   return begin_ordered<Sum>(label, n, term).wait();
 }
-
-#ifndef KOKKOS_ENABLE_CUDA
-/// add_parts for two sums at once: the parts of the first, then those of the second.
-template <class First, class Second, class Parts>
-void add_pair_parts(const char* label, Index n_first, Index first_parts, const First& first, Index n_second,
-                    Index second_parts, const Second& second, const Parts& part) {
-  parallel(
-      label, first_parts + second_parts, KOKKOS_LAMBDA(const Index p) {
-        typename Parts::non_const_value_type s{};
-        if (p < first_parts)
-          for (Index i = p; i < n_first; i += first_parts) s += first(i);
-        else
-          for (Index i = p - first_parts; i < n_second; i += second_parts) s += second(i);
-        part(p) = s;
-      });
-}
-
-/// Partial sums as terms.
-template <class Sum>
-struct PartsFrom {
-  const Sum* part;
-  KOKKOS_INLINE_FUNCTION const Sum& operator()(Index i) const { return part[i]; }
-};
-#endif
 
 /// Both sums, always in the same order, with the same kernels and one wait for both. On a GPU by teams: with terms as
 /// large as the ledger's that is several times as fast as a reduction of Kokkos, with a few numbers slower.
@@ -193,22 +189,17 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
   exec().fence(label);
   return {both(0), both(1)};
 #else
-  constexpr const auto& sizes = parts_of_sums;
-  Index a[3], b[3];
-  for (int level = 0; level < 3; ++level) {
-    a[level] = n_first < sizes[level] ? n_first : sizes[level];
-    b[level] = n_second < sizes[level] ? n_second : sizes[level];
-  }
-  const auto many = sums_in<Sum>(room.many, a[0] + b[0]);
-  const auto some = sums_in<Sum>(room.some, a[1] + b[1]);
-  const auto few = sums_in<Sum>(room.few, a[2] + b[2]);
-  add_pair_parts(label, n_first, a[0], first, n_second, b[0], second, many);
-  add_pair_parts(label, a[0], a[1], PartsFrom<Sum>{many.data()}, b[0], b[1], PartsFrom<Sum>{many.data() + a[0]}, some);
-  add_pair_parts(label, a[1], a[2], PartsFrom<Sum>{some.data()}, b[1], b[2], PartsFrom<Sum>{some.data() + a[1]}, few);
+  const SumParts many_a(n_first, parts_of_sums[0]), many_b(n_second, parts_of_sums[0]),
+      few_a(many_a.count, parts_of_sums[1]), few_b(many_b.count, parts_of_sums[1]);
+  const auto many = sums_in<Sum>(room.many, many_a.count + many_b.count);
+  const auto few = sums_in<Sum>(room.few, few_a.count + few_b.count);
+  add_pair_parts(label, n_first, many_a, first, n_second, many_b, second, many.data());
+  add_pair_parts(label, many_a.count, few_a, PartsFrom<Sum>{many.data()}, many_b.count, few_b,
+                 PartsFrom<Sum>{many.data() + many_a.count}, few.data());
   exec().fence(label);
   SumPair<Sum> total;
-  for (Index p = 0; p < a[2]; ++p) total.first += few(p);
-  for (Index p = 0; p < b[2]; ++p) total.second += few(a[2] + p);
+  for (Index p = 0; p < few_a.count; ++p) total.first += few(p);
+  for (Index p = 0; p < few_b.count; ++p) total.second += few(few_a.count + p);
   return total;
 #endif
 }
@@ -217,9 +208,7 @@ SumPair<Sum> ordered_pair(const char* label, Index n_first, const First& first, 
 /// bytes.
 inline double partial_sums(double n, const Sizing& s) {
   if (s.gpu) return std::min(512.0, n / 128 + 1);  // TeamSums::teams
-  double sums = 0;
-  for (const Index parts : parts_of_sums) sums += std::min(double(parts), n);
-  return sums;
+  return std::min(double(parts_of_sums[0]), n / 64 + 1) + parts_of_sums[1];
 }
 inline double sum_room_bytes(double sums, double sum) { return 1.25 * sum * sums; }
 

@@ -11,7 +11,7 @@ namespace drench::kokkos_backend {
 
 /// Room for partial sums of any kind, in words of 8 bytes; grows on demand.
 struct SumRoom {
-  Array<double> many, some;
+  Array<double> many;
   Kokkos::View<double*, Kokkos::SharedHostPinnedSpace> few;
   Kokkos::View<unsigned, MemSpace> finished;  // teams
   Kokkos::View<double, Kokkos::SharedHostPinnedSpace> maximum[3];
