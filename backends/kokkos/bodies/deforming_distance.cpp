@@ -152,17 +152,17 @@ void list_triangles(DeformingBody& d) {
         count(b) = 0;
         bound(b) = far_away;
       });
-  NearBlocks near{Pass::bound,
-                  Lattice(d),
-                  d.band,
-                  std::as_const(d).corner,
-                  std::as_const(d).block_start,
-                  std::as_const(d).position,
-                  std::as_const(d).face_normal,
-                  std::as_const(d).ball,
-                  d.block_bound,
-                  d.block_count,
-                  {}};
+  NearBlocks near{.pass = Pass::bound,
+                  .lattice = Lattice(d),
+                  .band = d.band,
+                  .corner = std::as_const(d).corner,
+                  .start = std::as_const(d).block_start,
+                  .x = std::as_const(d).position,
+                  .face = std::as_const(d).face_normal,
+                  .ball = std::as_const(d).ball,
+                  .bound = d.block_bound,
+                  .count = d.block_count,
+                  .entry = {}};
   parallel("drench::deforming_body::bound", d.triangles, near);
   near.pass = Pass::count;
   parallel("drench::deforming_body::count", d.triangles, near);

@@ -268,19 +268,19 @@ Search search_for(const ListRequest& request, Real support) {
   std::int64_t* const used = list.used.data() + list.filling;
   std::int64_t* const next_used = list.used.data() + (1 - list.filling);
   list.filling = 1 - list.filling;
-  return {*request.row_points,
-          list.rows,
-          request.table,
-          request.same_set,
-          request.in_order,
-          request.compact,
-          support * support,
-          list.count,
-          list.start,
-          list.entry,
-          used,
-          next_used,
-          list.needed};
+  return {.row_points = *request.row_points,
+          .rows = list.rows,
+          .table = request.table,
+          .same_set = request.same_set,
+          .in_order = request.in_order,
+          .compact = request.compact,
+          .h2 = support * support,
+          .count = list.count,
+          .start = list.start,
+          .entry = list.entry,
+          .used = used,
+          .next_used = next_used,
+          .needed = list.needed};
 }
 
 }  // namespace

@@ -123,25 +123,25 @@ void move_cloth(const Constants& constants, const Fluid& fluid, const Bodies& bo
   set_clearance(constants, bodies, cloth, dt);
   std::swap(cloth.nodes.position, work.start);
   const Index nodes = cloth.nodes.count, triangles = fluid.particles.total > 0 ? cloth.mesh.triangles : 0;
-  const MoveCloth move{work.start,
-                       cloth.nodes.position,
-                       cloth.nodes.velocity,
-                       std::as_const(cloth).nodes.contact_force,
-                       cloth.nodes.pinned,
-                       cloth.nodes.fixed,
-                       cloth.mesh.triangle,
-                       cloth.mesh.rest_metric,
-                       cloth.nodes.solid_mass,
-                       cloth.nodes.clearance,
-                       cloth.nodes.inverse_mass,
-                       cloth.nodes.liquid,
-                       node_materials(cloth),
-                       bodies.solids,
-                       PinMotions(cloth),
-                       constants.quantum,
-                       dt,
-                       nodes,
-                       triangles};
+  const MoveCloth move{.start = work.start,
+                       .position = cloth.nodes.position,
+                       .velocity = cloth.nodes.velocity,
+                       .contact_force = std::as_const(cloth).nodes.contact_force,
+                       .pinned = cloth.nodes.pinned,
+                       .fixed = cloth.nodes.fixed,
+                       .triangle = cloth.mesh.triangle,
+                       .rest = cloth.mesh.rest_metric,
+                       .solid_mass = cloth.nodes.solid_mass,
+                       .kept = cloth.nodes.clearance,
+                       .inverse_mass = cloth.nodes.inverse_mass,
+                       .liquid = cloth.nodes.liquid,
+                       .materials = node_materials(cloth),
+                       .solids = bodies.solids,
+                       .pins = PinMotions(cloth),
+                       .quantum = constants.quantum,
+                       .dt = dt,
+                       .nodes = nodes,
+                       .triangles = triangles};
   Kokkos::parallel_reduce("drench::advection::cloth", range(std::max(nodes, triangles)), move, work.motion);
   cloth.moved.advance();
 }

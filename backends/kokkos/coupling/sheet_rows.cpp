@@ -211,16 +211,16 @@ void make_sheet_rows(const Constants& constants, const Fluid& fluid, const Cloth
   SheetRows& rows = lists.sheet_rows;
   const Index particles = fluid.particles.local(), nodes = cloth.nodes.count;
   make_row_room(rows, particles, nodes);
-  const SheetPairs pairs{constants.kernel,
-                         Neighbors(lists.fluid_sample),
-                         fluid.position_volume,
-                         cloth.samples.position_volume,
-                         cloth.samples.normal_offset,
-                         fluid.particles.density_ratio,
-                         cloth.samples.weight,
-                         cloth.samples.node,
-                         cloth.samples.triangle,
-                         constants.rest_density};
+  const SheetPairs pairs{.kernel = constants.kernel,
+                         .near = Neighbors(lists.fluid_sample),
+                         .position = fluid.position_volume,
+                         .xs = cloth.samples.position_volume,
+                         .offset = cloth.samples.normal_offset,
+                         .ratio = fluid.particles.density_ratio,
+                         .weight = cloth.samples.weight,
+                         .node = cloth.samples.node,
+                         .triangle = cloth.samples.triangle,
+                         .rest_density = constants.rest_density};
   rows.count = count_pairs(pairs, rows, particles);
   if (rows.count == 0) return;
   make_pair_room(rows, rows.count);

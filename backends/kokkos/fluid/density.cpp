@@ -213,19 +213,19 @@ void density_and_alpha(const Constants& constants, Fluid& fluid, NeighborLists& 
     make_room(liquid.grad_factor, "drench::pair_grad_factor", liquid.entry.extent(0));
   if (solids)
     make_room(lists.fluid_boundary.grad_factor, "drench::wall_grad_factor", lists.fluid_boundary.entry.extent(0));
-  const DensityPairs pairs{constants.kernel,
-                           Real(constants.model.row_share()),
-                           CoincidentPairs(constants.spacing),
-                           fluid.position_volume,
-                           cloth.samples.position_volume,
-                           cloth.samples.normal_offset,
-                           bodies.boundary.position,
-                           bodies.boundary.volume,
-                           cloth.samples.row_bound,
-                           fluid.particles.id,
-                           WritableLiquidNeighbors(liquid),
-                           WritableNeighbors(lists.fluid_boundary),
-                           Neighbors(lists.fluid_sample)};
+  const DensityPairs pairs{.kernel = constants.kernel,
+                           .row_share = Real(constants.model.row_share()),
+                           .coincident = CoincidentPairs(constants.spacing),
+                           .position = fluid.position_volume,
+                           .xs = cloth.samples.position_volume,
+                           .offset = cloth.samples.normal_offset,
+                           .xb = bodies.boundary.position,
+                           .vb = bodies.boundary.volume,
+                           .bound = cloth.samples.row_bound,
+                           .id = fluid.particles.id,
+                           .lf = WritableLiquidNeighbors(liquid),
+                           .lb = WritableNeighbors(lists.fluid_boundary),
+                           .ls = Neighbors(lists.fluid_sample)};
   const bool extrapolates = constants.model.extrapolates_walls();
   const Entries<const Real3> diagonal = std::as_const(fluid).wall_gain.diagonal,
                              shear = std::as_const(fluid).wall_gain.shear;

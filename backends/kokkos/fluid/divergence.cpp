@@ -35,18 +35,24 @@ struct DivergenceProblem {
 
   DivergenceUpdate update(Real relaxation) const {
     const PressureWork& work = system.work;
-    return {work.active,
-            std::as_const(system.fluid).alpha,
-            std::as_const(system.kappa),
-            work.last_kappa,
-            system.work.next_kappa,
-            relaxation / Real(system.dt),
-            scale};
+    return {.active = work.active,
+            .alpha = std::as_const(system.fluid).alpha,
+            .kappa = std::as_const(system.kappa),
+            .last = work.last_kappa,
+            .next = system.work.next_kappa,
+            .factor = relaxation / Real(system.dt),
+            .scale = scale};
   }
   bool scales_start() const { return system.constants.model.scales_start(last_start); }
   StartResidual start_residual(Real relaxation) const {
     const Real dt = Real(system.dt);
-    return {{}, system.fluid.alpha, system.work.active, {}, dt, relaxation / (dt * dt), false};
+    return {.ratio = {},
+            .alpha = system.fluid.alpha,
+            .active = system.work.active,
+            .correction = {},
+            .dt = dt,
+            .factor = relaxation / (dt * dt),
+            .density = false};
   }
   void note_start(double mean) const {
     if (system.constants.model.only_liquid_answers()) report.divergence_start = mean / limits.divergence_error;
@@ -82,7 +88,14 @@ void divergence(const Constants& constants, Fluid& fluid, const NeighborLists& l
   look_for_contacts(bodies, info);
   allocate_pressure_work(work, fluid);
   make_room(work.active, "drench::pressure::active", fluid.particles.capacity());
-  PressureSystem system{constants, fluid, lists, bodies, cloth, work, fluid.particles.kappa_divergence, info.dt};
+  PressureSystem system{.constants = constants,
+                        .fluid = fluid,
+                        .lists = lists,
+                        .bodies = bodies,
+                        .cloth = cloth,
+                        .work = work,
+                        .kappa = fluid.particles.kappa_divergence,
+                        .dt = info.dt};
   warm_start(system);
   if (system.has_cloth()) refresh_inverse_mass(constants, cloth);
   const FluidSolverScene& limits = constants.model.scene.fluid.solver;

@@ -29,24 +29,24 @@ struct DensityProblem {
     const PressureWork& work = system.work;
     const ParticleSet& particles = fluid.particles;
     const Real dt = Real(system.dt);
-    return {particles.origin,
-            particles.age,
-            fluid.alpha,
-            particles.density_ratio,
-            std::as_const(system.kappa),
-            work.last_kappa,
-            system.work.next_kappa,
-            fluid.contact.alpha,
-            fluid.contact.compliance,
-            work.contact_pressure,
-            work.last_contact_pressure,
-            system.work.next_contact_pressure,
-            dt,
-            system.cloth.emission_ramp,
-            correction,
-            relaxation / (dt * dt),
-            system.touching,
-            scale};
+    return {.origin = particles.origin,
+            .age = particles.age,
+            .alpha = fluid.alpha,
+            .ratio = particles.density_ratio,
+            .kappa = std::as_const(system.kappa),
+            .last = work.last_kappa,
+            .next = system.work.next_kappa,
+            .contact_alpha = fluid.contact.alpha,
+            .contact_compliance = fluid.contact.compliance,
+            .contact = work.contact_pressure,
+            .last_contact = work.last_contact_pressure,
+            .next_contact = system.work.next_contact_pressure,
+            .dt = dt,
+            .ramp = system.cloth.emission_ramp,
+            .correction = correction,
+            .factor = relaxation / (dt * dt),
+            .touching = system.touching,
+            .scale = scale};
   }
   double tolerance() const { return std::min(most, fixed_tolerance()); }
   double fixed_tolerance() const { return limits.density_correction * system.constants.model.density_tolerance(); }
@@ -59,7 +59,13 @@ struct DensityProblem {
   bool scales_start() const { return system.constants.model.scales_start(last_start); }
   StartResidual start_residual(Real relaxation) const {
     const Real dt = Real(system.dt);
-    return {system.fluid.particles.density_ratio, system.fluid.alpha, {}, correction, dt, relaxation / (dt * dt), true};
+    return {.ratio = system.fluid.particles.density_ratio,
+            .alpha = system.fluid.alpha,
+            .active = {},
+            .correction = correction,
+            .dt = dt,
+            .factor = relaxation / (dt * dt),
+            .density = true};
   }
   void note_start(double mean) const {
     if (system.constants.model.only_liquid_answers()) report.density_start = mean / tolerance();
@@ -106,7 +112,14 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   place_solids(constants, bodies, info);
   look_for_contacts(bodies, info);
   warm_start_density(fluid, work);
-  PressureSystem system{constants, fluid, lists, bodies, cloth, work, fluid.particles.kappa_density, info.dt};
+  PressureSystem system{.constants = constants,
+                        .fluid = fluid,
+                        .lists = lists,
+                        .bodies = bodies,
+                        .cloth = cloth,
+                        .work = work,
+                        .kappa = fluid.particles.kappa_density,
+                        .dt = info.dt};
   system.touching = has_sheet_contact(constants, cloth);
   if (system.touching) allocate_contact(work, fluid);
   std::optional<ElasticSheets> elastic;
@@ -122,8 +135,13 @@ void pressure(const Constants& constants, Fluid& fluid, const NeighborLists& lis
   }
   const FluidSolverScene& limits = constants.model.scene.fluid.solver;
   const Correction correction{Real(limits.density_correction), Real(info.correction_share)};
-  DensityProblem problem{
-      system, limits, report, info.density_start, correction, 1e300, NormScale(system.all(), 1, system.restart_unit())};
+  DensityProblem problem{.system = system,
+                         .limits = limits,
+                         .report = report,
+                         .last_start = info.density_start,
+                         .correction = correction,
+                         .most = 1e300,
+                         .scale = NormScale(system.all(), 1, system.restart_unit())};
   problem.limit_by_source();
   solve_pressure(system, limits, problem);
   if (!elastic) return;

@@ -232,14 +232,19 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
                         int most, double tolerance, double floor, bool after_newton) {
   ResidentCloth& r = *solver.resident;
   ClothSystem system = s;
-  ResidentArrays arrays{solver.displacement.data(),
-                        solver.last_displacement.data(),
-                        {r.iterate[0].data(), r.iterate[1].data()},
-                        r.part.data(),
-                        r.spectral_bound.data(),
-                        r.progress.data(),
-                        r.seen.data()};
-  ResidentRun run{begin != nullptr ? *begin : ClothProgress{}, begin != nullptr, after_newton, most, tolerance, floor};
+  ResidentArrays arrays{.shift = solver.displacement.data(),
+                        .last_shift = solver.last_displacement.data(),
+                        .iterate = {r.iterate[0].data(), r.iterate[1].data()},
+                        .part = r.part.data(),
+                        .spectral_bound = r.spectral_bound.data(),
+                        .progress = r.progress.data(),
+                        .seen = r.seen.data()};
+  ResidentRun run{.begin = begin != nullptr ? *begin : ClothProgress{},
+                  .first = begin != nullptr,
+                  .after_newton = after_newton,
+                  .most = most,
+                  .tolerance = tolerance,
+                  .floor = floor};
   PatchView patch = r.patches.view(r.plan.threads / r.plan.lanes);
   void* arguments[] = {&system, &arrays, &patch, &run, &nodes};
   const ExecSpace space = exec();

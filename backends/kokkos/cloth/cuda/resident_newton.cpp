@@ -69,35 +69,35 @@ struct ResidentNewton {
 
   NewtonArrays arrays(ClothSolverWork& solver) const {
     const ResidentProgress shared = resident_progress_of(solver);
-    return {now.view(),
-            next.view(),
-            best.data(),
-            corner_force.data(),
-            bending_at_x0.data(),
-            of_triangle.data(),
-            own.data(),
-            between.data(),
-            state.data(),
-            slip_direction.data(),
-            touching.data(),
-            zone.data(),
-            zone_change.data(),
-            freedom.data(),
-            factor_free.data(),
-            right.data(),
-            change.data(),
-            plain.data(),
-            correction.data(),
-            directions.data(),
-            images.data(),
-            inverse.data(),
-            sums.data(),
-            solver.displacement.data(),
-            solver.last_displacement.data(),
-            is_warm.data(),
-            shared.spectral_bound,
-            shared.progress,
-            shared.seen};
+    return {.now = now.view(),
+            .next = next.view(),
+            .best = best.data(),
+            .corner_force = corner_force.data(),
+            .bending_at_x0 = bending_at_x0.data(),
+            .of_triangle = of_triangle.data(),
+            .own = own.data(),
+            .between = between.data(),
+            .state = state.data(),
+            .slip_direction = slip_direction.data(),
+            .touching = touching.data(),
+            .zone = zone.data(),
+            .zone_change = zone_change.data(),
+            .freedom = freedom.data(),
+            .factor_free = factor_free.data(),
+            .right = right.data(),
+            .change = change.data(),
+            .plain = plain.data(),
+            .correction = correction.data(),
+            .directions = directions.data(),
+            .images = images.data(),
+            .inverse = inverse.data(),
+            .part = sums.data(),
+            .shift = solver.displacement.data(),
+            .last_shift = solver.last_displacement.data(),
+            .is_warm = is_warm.data(),
+            .spectral_bound = shared.spectral_bound,
+            .progress = shared.progress,
+            .seen = shared.seen};
   }
 };
 
@@ -156,23 +156,23 @@ void list_mesh(const Cloth& cloth, const Links& links, const std::vector<std::ui
   r.bending_pair = to_device<BendingPair>("drench::cloth::newton_bending_pair", pattern.bending_pairs);
   r.part = to_device<EdgePart>("drench::cloth::newton_part", pattern.parts);
   r.bending = to_device<Real>("drench::cloth::newton_bending", pattern.bending);
-  r.mesh = {cloth.nodes.count,
-            static_cast<Index>(r.of_triangle.extent(0) / 6),
-            patches,
-            *std::max_element(colour.begin(), colour.end()) + 1,
-            r.order.data(),
-            r.patch_start.data(),
-            r.colour.data(),
-            r.pair_start.data(),
-            r.bending_start.data(),
-            r.part_start.data(),
-            r.pair.data(),
-            r.bending_pair.data(),
-            r.part.data(),
-            r.pair_at.data(),
-            r.bending_at.data(),
-            r.pair_link.data(),
-            r.bending.data()};
+  r.mesh = {.nodes = cloth.nodes.count,
+            .triangles = static_cast<Index>(r.of_triangle.extent(0) / 6),
+            .patches = patches,
+            .colours = *std::max_element(colour.begin(), colour.end()) + 1,
+            .order = r.order.data(),
+            .patch_start = r.patch_start.data(),
+            .colour = r.colour.data(),
+            .pair_start = r.pair_start.data(),
+            .bending_start = r.bending_start.data(),
+            .part_start = r.part_start.data(),
+            .pair = r.pair.data(),
+            .bending_pair = r.bending_pair.data(),
+            .part = r.part.data(),
+            .pair_at = r.pair_at.data(),
+            .bending_at = r.bending_at.data(),
+            .pair_link = r.pair_link.data(),
+            .bending = r.bending.data()};
 }
 
 /// Blocks that fit on the device at once.
@@ -249,7 +249,14 @@ void run_resident_newton(ClothSolverWork& solver, const ClothSystem& s, const Cl
   ClothSystem system = s;
   NewtonMesh mesh = r.mesh;
   NewtonArrays arrays = r.arrays(solver);
-  NewtonRun run{begin, r.fresh, r.warm, most, tolerance, floor, r.mean_edge, r.margin};
+  NewtonRun run{.begin = begin,
+                .first = r.fresh,
+                .warm = r.warm,
+                .most = most,
+                .tolerance = tolerance,
+                .floor = floor,
+                .mean_edge = r.mean_edge,
+                .margin = r.margin};
   void* arguments[] = {&system, &mesh, &arrays, &run};
   const ExecSpace space = exec();
   std::uint64_t id = 0;

@@ -237,18 +237,19 @@ SumUnderWay<typename Update::Sums> begin_update(PressureSystem& system, const Up
   const Index lanes = lanes_of(system), before = blocks_of(inner, lanes),
               blocks = std::max(before + blocks_of(count - inner, lanes), Index{1});
   const DensityOperator divergence = system.divergence(seen.position_kappa, system.sheets_of_particles());
-  LeanUpdate<Update> rows{liquid_rate(system, divergence),
-                          divergence,
-                          reinterpret_cast<float4*>(work.position_kappa.data()),
-                          reinterpret_cast<const float4*>(work.predicted.data()),
-                          system.bodies.seen_velocity(),
-                          std::as_const(system.fluid).compliance,
-                          update,
-                          {seen.next_kappa, seen.last_kappa, seen.next_contact_pressure, seen.last_contact_pressure,
-                           work.other_kappa, work.other_contact_pressure, momentum, system.touching},
-                          {sums_in<Sums>(room.many, blocks).data(), total, room.finished.data(), 0, unsigned(blocks)},
-                          0,
-                          inner};
+  LeanUpdate<Update> rows{
+      .liquid = liquid_rate(system, divergence),
+      .divergence = divergence,
+      .position_kappa = reinterpret_cast<float4*>(work.position_kappa.data()),
+      .base = reinterpret_cast<const float4*>(work.predicted.data()),
+      .ub = system.bodies.seen_velocity(),
+      .compliance = std::as_const(system.fluid).compliance,
+      .update = update,
+      .momentum = {seen.next_kappa, seen.last_kappa, seen.next_contact_pressure, seen.last_contact_pressure,
+                   work.other_kappa, work.other_contact_pressure, momentum, system.touching},
+      .sums = {sums_in<Sums>(room.many, blocks).data(), total, room.finished.data(), 0, unsigned(blocks)},
+      .first = 0,
+      .end = inner};
   launch(label, inner, lanes, rows);
   system.fluid.exchange.finish_halo();  // of the packed accelerations
   rows.first = inner;
@@ -283,19 +284,19 @@ void predict_lean_liquid(PressureSystem& system) {
   if (system.has_cloth() || system.bodies.dynamic.count > 0) fluid.exchange.halo(system.kappa);
   fluid.exchange.begin_halo(system.work.position_kappa);
   const Index count = system.count(), inner = fluid.exchange.inner(count);
-  LeanAcceleration rows{system.divergence(std::as_const(system.work).position_kappa, {}),
-                        fluid.boundary_gradient,
-                        fluid.contact.gradient,
-                        fluid.wall_gain.diagonal,
-                        fluid.wall_gain.shear,
-                        std::as_const(system.work).contact_pressure,
-                        std::as_const(lean).base_contact,
-                        lean.packed.data(),
-                        lattice / system.constants.support,
-                        0,
-                        inner,
-                        system.touching,
-                        system.constants.model.extrapolates_walls()};
+  LeanAcceleration rows{.divergence = system.divergence(std::as_const(system.work).position_kappa, {}),
+                        .boundary = fluid.boundary_gradient,
+                        .sheet = fluid.contact.gradient,
+                        .gain_diagonal = fluid.wall_gain.diagonal,
+                        .gain_shear = fluid.wall_gain.shear,
+                        .contact = std::as_const(system.work).contact_pressure,
+                        .base_contact = std::as_const(lean).base_contact,
+                        .packed = lean.packed.data(),
+                        .steps = lattice / system.constants.support,
+                        .first = 0,
+                        .end = inner,
+                        .touching = system.touching,
+                        .extrapolates = system.constants.model.extrapolates_walls()};
   constexpr const char* label = "drench::pressure::lean_acceleration";
   launch(label, inner, lanes_of(system), rows);
   fluid.exchange.finish_halo();
