@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <memory>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "cloth/cuda/resident_kernel.hpp"
+#include "core/cuda/check.hpp"
 
 namespace drench::kokkos_backend {
 
@@ -14,14 +13,10 @@ using namespace resident;
 
 namespace {
 
-void check(cudaError_t status) {
-  if (status != cudaSuccess) throw std::runtime_error(std::string("cloth: ") + cudaGetErrorString(status));
-}
-
 /// Was the kernel compiled for this capability at least? The driver may have translated it from an older one's PTX.
 bool compiled_for(int capability, const void* kernel) {
   cudaFuncAttributes attributes;
-  check(cudaFuncGetAttributes(&attributes, kernel));
+  check(cudaFuncGetAttributes(&attributes, kernel), "cloth");
   return attributes.ptxVersion >= capability;
 }
 
@@ -83,7 +78,7 @@ Plan make_plan(Index nodes, const Rows& rows, bool plain, int room) {
     if (kernel == nullptr) return {};
     const int shared_bytes = dated ? 2 * (threads / lanes + room) * static_cast<int>(sizeof(Real4)) : 0;
     int at_once = 0;  // a processor
-    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, kernel, threads, shared_bytes));
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, kernel, threads, shared_bytes), "cloth");
     if (at_once * processors >= blocks) return {kernel, threads, blocks, shared_bytes, lanes};
   }
   return {};
@@ -142,7 +137,7 @@ Plan make_cluster_plan(Index nodes, const Rows& rows, bool plain) {
 void launch_cluster(const Plan& plan, void** arguments) {
   cudaLaunchAttribute room;
   const cudaLaunchConfig_t launch = launch_of(plan, room);
-  check(cudaLaunchKernelExC(&launch, plan.kernel, arguments));
+  check(cudaLaunchKernelExC(&launch, plan.kernel, arguments), "cloth");
 }
 #else
 Plan make_cluster_plan(Index, const Rows&, bool) { return {}; }
@@ -255,7 +250,8 @@ void run_resident_cloth(ClothSolverWork& solver, const ClothSystem& s, Index nod
   else
     check(cudaLaunchCooperativeKernel(r.plan.kernel, dim3(static_cast<unsigned>(r.plan.blocks)),
                                       dim3(static_cast<unsigned>(r.plan.threads)), arguments,
-                                      static_cast<std::size_t>(r.plan.shared_bytes), space.cuda_stream()));
+                                      static_cast<std::size_t>(r.plan.shared_bytes), space.cuda_stream()),
+          "cloth");
   Kokkos::Tools::endParallelFor(id);
 }
 

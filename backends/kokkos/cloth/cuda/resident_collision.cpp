@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <memory>
-#include <stdexcept>
-#include <string>
 
 #include "cloth/self_collision_course.hpp"
+#include "core/cuda/check.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -16,10 +15,6 @@ namespace {
 namespace groups = cooperative_groups;
 
 constexpr int block_threads = 512;
-
-void check(cudaError_t status) {
-  if (status != cudaSuccess) throw std::runtime_error(std::string("self_collision: ") + cudaGetErrorString(status));
-}
 
 /// All threads of the device, a barrier after every law. The barrier is also what makes their writes seen.
 struct WholeDevice {
@@ -60,7 +55,8 @@ bool prepare_resident_collision(SelfCollisionWork& work) {
     work.resident = std::make_shared<ResidentCollision>();
     const cudaDeviceProp& device = exec().cuda_device_prop();
     int at_once = 0;  // a processor
-    if (device.cooperativeLaunch) check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, run, block_threads, 0));
+    if (device.cooperativeLaunch)
+      check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, run, block_threads, 0), "self_collision");
     work.resident->most_blocks = std::min(at_once, 1) * device.multiProcessorCount;
     make_room_for_one(work.resident->seen, "drench::self_collision::progress");
   }
@@ -79,7 +75,8 @@ CollisionProgress keep_apart_resident(SelfCollisionWork& work, const Collision& 
   Kokkos::Tools::beginParallelFor("drench::self_collision::resident", Kokkos::Tools::Experimental::device_id(space),
                                   &id);
   check(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(&run), dim3(static_cast<unsigned>(blocks)),
-                                    dim3(block_threads), arguments, 0, space.cuda_stream()));
+                                    dim3(block_threads), arguments, 0, space.cuda_stream()),
+        "self_collision");
   Kokkos::Tools::endParallelFor(id);
   space.fence("drench::self_collision::resident");
   return r.seen();

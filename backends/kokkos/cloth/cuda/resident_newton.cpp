@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <memory>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "cloth/cuda/newton_kernel.hpp"
-#include "cloth/cuda/newton_patches.hpp"
+#include "cloth/newton_patches.hpp"
+#include "core/cuda/check.hpp"
 #include "core/host_copy.hpp"
 
 namespace drench::kokkos_backend {
@@ -17,10 +16,6 @@ using namespace resident;
 namespace {
 
 constexpr std::size_t most_colours = 24;
-
-void check(cudaError_t status) {
-  if (status != cudaSuccess) throw std::runtime_error(std::string("cloth: ") + cudaGetErrorString(status));
-}
 
 template <class T>
 Array<T> array(const char* label, std::size_t count) {
@@ -181,7 +176,8 @@ int most_blocks() {
   if (!device.cooperativeLaunch) return 0;
   int at_once = 0;  // a processor
   check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&at_once, reinterpret_cast<const void*>(&newton), newton_threads,
-                                                      0));
+                                                      0),
+        "cloth");
   return at_once * device.multiProcessorCount;
 }
 
@@ -262,7 +258,8 @@ void run_resident_newton(ClothSolverWork& solver, const ClothSystem& s, const Cl
   std::uint64_t id = 0;
   Kokkos::Tools::beginParallelFor("drench::cloth::resident_newton", Kokkos::Tools::Experimental::device_id(space), &id);
   check(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(&newton), dim3(static_cast<unsigned>(r.blocks)),
-                                    dim3(newton_threads), arguments, 0, space.cuda_stream()));
+                                    dim3(newton_threads), arguments, 0, space.cuda_stream()),
+        "cloth");
   Kokkos::Tools::endParallelFor(id);
   r.fresh = false;
   r.warm = true;

@@ -5,11 +5,10 @@
 #ifndef DRENCH_DOUBLE
 
 #include <algorithm>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "core/cuda/block_sums.hpp"
+#include "core/cuda/check.hpp"
 #include "fluid/cuda/packed_acceleration.hpp"
 
 namespace drench::kokkos_backend {
@@ -23,10 +22,6 @@ namespace {
 
 constexpr Index threads = 128, blocks_a_processor = 9;
 constexpr float lattice = 16384;  // steps a support
-
-void check(cudaError_t status) {
-  if (status != cudaSuccess) throw std::runtime_error(std::string("pressure: ") + cudaGetErrorString(status));
-}
 
 template <Index lanes, class Body>
 __global__ void __launch_bounds__(threads, blocks_a_processor) run(const Body body) {
@@ -52,7 +47,7 @@ void launch(const char* label, Index n, Index lanes, const Body& body) {
     run<1><<<blocks, threads, 0, space.cuda_stream()>>>(body);
   else
     run<few_lanes><<<blocks, threads, 0, space.cuda_stream()>>>(body);
-  check(cudaGetLastError());
+  check(cudaGetLastError(), "pressure");
   Kokkos::Tools::endParallelFor(id);
 }
 template <Index lanes>

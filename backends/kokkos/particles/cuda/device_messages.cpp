@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/cuda/check.hpp"
 #include "core/types.hpp"
 
 namespace drench::kokkos_backend {
@@ -125,10 +126,7 @@ class Nccl final : public DeviceMessages {
     if (code != 0) throw std::runtime_error(fmt::format("NCCL: {}: {}", what, nccl_.error_string(code)));
   }
 
-  static void check(cudaError_t status) {
-    if (status != cudaSuccess)
-      throw std::runtime_error(fmt::format("messages between GPUs: {}", cudaGetErrorString(status)));
-  }
+  static void check(cudaError_t status) { kokkos_backend::check(status, "messages between GPUs"); }
 
   Library nccl_;
   bool on_one_host_;

@@ -1,4 +1,4 @@
-#include "cloth/cuda/newton_patches.hpp"
+#include "cloth/newton_patches.hpp"
 
 #include <algorithm>
 
