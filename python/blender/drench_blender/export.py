@@ -154,7 +154,7 @@ class Exporter:
         cloths, colliders, sources = (self._of(kind) for kind in (roles.Cloth, roles.Collider, roles.Source))
         names = Names(*([part.thing.name for part in parts] for parts in (
             cloths, colliders, sources, *(self._of(kind) for kind in (roles.Liquid, roles.Nozzle, roles.Rain,
-                                                                      roles.Faces)))))
+                                                                      roles.Faces, roles.Spray)))))
         return {"first_frame": self.times.first, "frames": self.times.count, "every": 1 / self.times.fps,
                 "unit": self.unit, "speed": roles.number(self.scene.drench.time_scale),
                 "names": names.as_dict(), "cloths": [part.saved() for part in cloths]}

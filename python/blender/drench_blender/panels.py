@@ -86,6 +86,7 @@ def draw_liquid(layout, thing):
 def draw_emitter(layout, thing):
     own = thing.drench
     settings = {"NOZZLE": ("emitter_axis", "emitter_radius", "emitter_speed"), "FACES": ("emitter_speed",),
+                "SPRAY": ("emitter_axis", "emitter_angle", "emitter_speed", "emitter_flow"),
                 "RAIN": ("emitter_rate", "emitter_drop")}
     for name in ("emitter_shape", *settings[own.emitter_shape], "use_emitter_range"):
         layout.prop(own, name)

@@ -10,10 +10,12 @@ class Problem(Exception):
 class Names:
     """The objects behind the numbers that the program uses in its messages."""
 
-    def __init__(self, cloths=(), bodies=(), sources=(), blocks=(), jets=(), rains=(), mesh_jets=()):
+    def __init__(self, cloths=(), bodies=(), sources=(), blocks=(), jets=(), rains=(), mesh_jets=(),
+                 sprays=()):
         self.cloths, self.bodies, self.sources = list(cloths), list(bodies), list(sources)
         # numbered from 0 in messages
         self.blocks, self.jets, self.rains, self.mesh_jets = list(blocks), list(jets), list(rains), list(mesh_jets)
+        self.sprays = list(sprays)
 
     def as_dict(self):
         return {key: list(value) for key, value in vars(self).items()}
@@ -54,4 +56,5 @@ def with_names(text, names):
     text = _replace_numbers(text, "jet|jets", names.jets)
     text = _replace_numbers(text, "rain", names.rains)
     text = _replace_numbers(text, "mesh_jet", names.mesh_jets)
+    text = _replace_numbers(text, "spray", names.sprays)
     return re.sub(r"^(?:fluid\.sources: )?(?:fluid: )?(?=')", "", text)

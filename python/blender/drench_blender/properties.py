@@ -1,5 +1,7 @@
 """The settings of objects and scenes. They are saved in the .blend file and take part in undo."""
 
+import math
+
 import bpy
 from bpy.props import (BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty,
                        StringProperty)
@@ -7,7 +9,7 @@ from bpy.props import (BoolProperty, EnumProperty, FloatProperty, FloatVectorPro
 ROLES = (("NONE", "None", "This object takes no part in the simulation"),
          ("CLOTH", "Cloth", "A surface of fabric. Its mesh at the first frame is simulated"),
          ("LIQUID", "Liquid", "Liquid that fills this object at the first frame"),
-         ("EMITTER", "Emitter", "A nozzle at the origin of this object, its faces, or rain from its rectangle"),
+         ("EMITTER", "Emitter", "A nozzle or spray at the origin of this object, its faces, or rain from its rectangle"),
          ("COLLIDER", "Collider", "A solid that liquid and cloth touch; it may be animated"))
 RELATIVE = {"options": {"PATH_SUPPORTS_BLEND_RELATIVE"}} if bpy.app.version >= (4, 5, 0) else {}
 # Kinematic viscosity, m²/s, and surface tension, N/m, at 20 °C.
@@ -86,6 +88,7 @@ class DrenchObject(bpy.types.PropertyGroup):
 
     emitter_shape: EnumProperty(name="Shape", default="NOZZLE", items=(
         ("NOZZLE", "Nozzle", "A round nozzle at the origin of the object"),
+        ("SPRAY", "Spray", "Drops from the origin of the object in all directions of a cone, as from a shower head"),
         ("FACES", "Faces", "The faces of the mesh, along their normals, for example a plane"),
         ("RAIN", "Rain", "Drops from the level rectangle that the object covers")))
     emitter_rate: FloatProperty(name="Rate", default=2000, min=1e-6, soft_max=10000, max=1e6,
@@ -99,6 +102,10 @@ class DrenchObject(bpy.types.PropertyGroup):
     emitter_speed: FloatProperty(name="Speed", default=1, min=0, soft_max=10, max=1000,
                                  description="Speed of the liquid relative to the emitter, in m/s. It may be animated, "
                                  "like the location and rotation of the object; 0 closes the emitter")
+    emitter_angle: FloatProperty(name="Cone Angle", default=math.radians(40), min=0, max=2 * math.pi, subtype="ANGLE",
+                                 description="Angle of the whole cone that the drops fill")
+    emitter_flow: FloatProperty(name="Flow", default=10, min=1e-6, soft_max=100, max=1e6,
+                                description="Volume per time in L/min. A shower has about 10")
     emitter_axis: EnumProperty(name="Direction", default="-Z", items=(
         ("-Z", "Local -Z", "Downwards for an object that is not rotated, like lights and cameras"),
         ("+Z", "Local +Z", "Upwards for an object that is not rotated")))

@@ -1,5 +1,7 @@
 """What each role of an object adds to the scene file. A part sees every frame of the export in turn."""
 
+import math
+
 import numpy as np
 
 from . import meshes, text
@@ -29,7 +31,7 @@ def scene_objects(scene, role):
 
 
 def emitter(thing, number):
-    return {"NOZZLE": Nozzle, "FACES": Faces, "RAIN": Rain}[thing.drench.emitter_shape](thing, number)
+    return {"NOZZLE": Nozzle, "SPRAY": Spray, "FACES": Faces, "RAIN": Rain}[thing.drench.emitter_shape](thing, number)
 
 
 def parts(exporter):
@@ -308,45 +310,77 @@ class Rain(Emitter):
         return {"rain": {**self.rain, **self.range()}}
 
 
-class Nozzle(Emitter):
-    """A round nozzle, whose speed, location and rotation may be animated."""
+class PointEmitter(Emitter):
+    """An emitter at the origin of the object, along its local Z axis. Its location may be animated."""
+    radius = 0.0  # m
 
     def first(self, exporter):
-        self.matrix = matrix = self.matrix_at(exporter)
-        self.centers = [exporter.unit * matrix[:3, 3]]
-        self.radius, self.times = number(exporter.unit * self.own.emitter_radius), exporter.times
-        self.velocities = [self._velocity(exporter, matrix)]
+        self.times, self.centers, self.velocities = exporter.times, [], []
+        self.later(exporter, exporter.times.first)
 
     def later(self, exporter, frame):
         matrix = self.matrix_at(exporter)
+        axis = matrix[:3, 2] * (1 if self.own.emitter_axis == "+Z" else -1)
+        length = np.linalg.norm(axis)
+        if length == 0:
+            raise Problem(f"'{self.thing.name}' has a scale of zero: give it another scale")
         self.centers.append(exporter.unit * matrix[:3, 3])
-        self.velocities.append(self._velocity(exporter, matrix))
+        self.velocities.append(self.speed_at(exporter) * axis / length)
 
     @property
     def box(self):
         return np.min(self.centers, 0) - self.radius, np.max(self.centers, 0) + self.radius
 
-    def _velocity(self, exporter, matrix):
+    def changes_velocity(self):
+        return np.abs(np.subtract(self.velocities, self.velocities[0])).max() > MOVED * self.fastest()
+
+    def fastest(self):
         """m/s"""
-        axis = matrix[:3, 2] * (1 if self.own.emitter_axis == "+Z" else -1)
-        length = np.linalg.norm(axis)
-        if length == 0:
-            raise Problem(f"'{self.thing.name}' has a scale of zero: give it another scale")
-        return self.speed_at(exporter) * axis / length
+        return np.linalg.norm(self.velocities, axis=1).max()
+
+    def motion(self):
+        """The key `motion`, where the object moves."""
+        offsets = np.subtract(self.centers, self.centers[0])
+        if np.abs(offsets).max() <= MOVED * max(1, np.abs(self.centers).max()):
+            return {}
+        return {"motion": {"offset": self.keyframes(offsets.tolist())}}
+
+
+class Nozzle(PointEmitter):
+    """A round nozzle, whose speed and rotation may be animated too."""
+
+    def first(self, exporter):
+        self.radius = number(exporter.unit * self.own.emitter_radius)
+        super().first(exporter)
 
     @property
     def entry(self):
-        jet = {"center": self.centers[0].tolist(), "radius": self.radius}
-        speeds = np.linalg.norm(self.velocities, axis=1)
-        self.need_speed(speeds)
-        if np.abs(np.subtract(self.velocities, self.velocities[0])).max() <= MOVED * max(speeds):
-            jet["velocity"] = self.velocities[0].tolist()
-        else:
-            jet["velocity"] = self.keyframes(velocity.tolist() for velocity in self.velocities)
-        offsets = np.subtract(self.centers, self.centers[0])
-        if np.abs(offsets).max() > MOVED * max(1, np.abs(self.centers).max()):
-            jet["motion"] = {"offset": self.keyframes(offsets.tolist())}
-        return {"jet": {**jet, **self.range()}}
+        self.need_speed([self.fastest()])
+        velocity = (self.keyframes(v.tolist() for v in self.velocities) if self.changes_velocity()
+                    else self.velocities[0].tolist())
+        return {"jet": {"center": self.centers[0].tolist(), "radius": self.radius, "velocity": velocity,
+                        **self.motion(), **self.range()}}
+
+
+class Spray(PointEmitter):
+    """Drops in all directions of a cone, such as those of a shower head or a spray bottle."""
+
+    def later(self, exporter, frame):
+        super().later(exporter, frame)
+        flow = number(self.thing.evaluated_get(exporter.graph).drench.emitter_flow)
+        if frame == exporter.times.first:
+            self.flow = flow
+        if self.changes_velocity() or flow != self.flow:
+            raise Problem(f"'{self.thing.name}' has another direction, speed or flow at frame {frame}, but those of a "
+                          "spray are constant: remove their animation, or use several emitters with limited frames")
+
+    @property
+    def entry(self):
+        self.need_speed([self.fastest()])
+        direction = self.velocities[0] / self.fastest()
+        return {"spray": {"center": self.centers[0].tolist(), "direction": direction.tolist(),
+                          "half_angle": number(math.degrees(self.own.emitter_angle) / 2),
+                          "speed": number(self.fastest()), "flow": self.flow, **self.motion(), **self.range()}}
 
 
 class Faces(Emitter):

@@ -204,6 +204,22 @@ class Export(support.BlenderCase):
         if support.PROGRAM:
             self.check()
 
+    def test_spray(self):
+        """A cone along the local −Z axis, whose location becomes keyframes of the displacement."""
+        rose = stage.add("Rose", None, (0, 0, 0.5))
+        own, self.scene.frame_end = rose.drench, 5
+        own.role, own.emitter_shape, own.emitter_angle = "EMITTER", "SPRAY", math.radians(50)
+        own.emitter_speed, own.emitter_flow = 3, 8
+        for frame, x in ((1, 0), (5, 0.4)):
+            rose.location.x = x
+            rose.keyframe_insert("location", frame=frame)
+        self.export()
+        text = (self.folder / "scene.yaml").read_text().replace("-0.0", "0.0")
+        self.assertIn("spray: {center: [0.0, 0.0, 0.5], direction: [0.0, 0.0, -1.0], half_angle: 25.0, speed: 3.0, "
+                      "flow: 8.0, motion: {offset: [[0.0, [0.0, 0.0, 0.0]], ", text)
+        if support.PROGRAM:
+            self.check()
+
     def test_emitter_of_faces(self):
         """A plane that stands still is a file, one that moves a sequence."""
         self.scene.frame_end = 5
@@ -328,6 +344,20 @@ class Check(support.BlenderCase):
             cloud.rotation_euler.z = 1
             cloud.keyframe_insert("rotation_euler", frame=5)
 
+        def turning_spray(_):
+            rose = stage.add("Rose", None)
+            rose.drench.role, rose.drench.emitter_shape = "EMITTER", "SPRAY"
+            rose.keyframe_insert("rotation_euler", frame=1)
+            rose.rotation_euler.x = 1
+            rose.keyframe_insert("rotation_euler", frame=5)
+
+        def changing_spray(_):
+            rose = stage.add("Rose", None)
+            rose.drench.role, rose.drench.emitter_shape = "EMITTER", "SPRAY"
+            rose.drench.keyframe_insert("emitter_flow", frame=1)
+            rose.drench.emitter_flow = 20
+            rose.drench.keyframe_insert("emitter_flow", frame=5)
+
         def changing_rain(_):
             cloud = stage.grid("Cloud", (1, 1), (1, 1))
             cloud.drench.role, cloud.drench.emitter_shape = "EMITTER", "RAIN"
@@ -386,6 +416,8 @@ class Check(support.BlenderCase):
                  (short, "the frame range 5 to 5 is too short"), (still_faces, "'Slot' has a speed of zero"),
                  (no_emitting_faces, "'Rose' has no mesh"),
                  (moving_rain, "'Cloud' moves at frame"), (changing_rain, "'Cloud' has another rate at frame"),
+                 (turning_spray, "'Rose' has another direction, speed or flow at frame"),
+                 (changing_spray, "'Rose' has another direction, speed or flow at frame"),
                  (changing_collider, "'Sliced' "), (open_liquid, "'Puddle': the mesh "),
                  (levels, "'Sheet': the modifier Fine has other levels"),
                  (unsaved, "has not been saved: save the file"),

@@ -74,7 +74,7 @@ class Manifest(unittest.TestCase):
 
 class Messages(unittest.TestCase):
     names = problem.Names(["Towel", "Napkin"], ["Floor", "Hand"], ["Bath", "Bath", "Tap"], ["Bath", "Bath"], ["Tap"],
-                          mesh_jets=["Rose"])
+                          mesh_jets=["Rose"], sprays=["Shower"])
 
     def test_names(self):
         for line, wanted in (
@@ -83,6 +83,7 @@ class Messages(unittest.TestCase):
                 ("warning: body 'Hand': its thickness 0.01 m", "warning: 'Hand': its thickness 0.01 m"),
                 ("x.yaml:4:33: fluid.sources: fluid: jet 0: the radius is small", "'Tap': the radius is small"),
                 ("x.yaml: fluid.sources: fluid: mesh_jet 0: its faces are small", "'Rose': its faces are small"),
+                ("x.yaml: fluid.sources: fluid: spray 0: it never flows", "'Shower': it never flows"),
                 ("warning: fluid: blocks 0, 1 overlap", "warning: fluid: 'Bath' overlap"),
                 ("x.yaml: fluid.sources: fluid: mesh source 1 is thinner", "'Bath' is thinner"),
                 ("drench: bodies.7: x", "bodies.7: x"), ("warning: cloth 'Towel': x", "warning: cloth 'Towel': x")):

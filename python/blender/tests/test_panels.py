@@ -70,6 +70,8 @@ class Panels(support.BlenderCase):
             self.assertIn(wanted, self.drawn("DRENCH_PT_object", thing))
         thing.drench.role, thing.drench.emitter_shape = "EMITTER", "RAIN"
         self.assertIn("emitter_rate", self.drawn("DRENCH_PT_object", thing))
+        thing.drench.emitter_shape = "SPRAY"
+        self.assertIn("emitter_flow", self.drawn("DRENCH_PT_object", thing))
         thing.drench.role, thing.drench.fabric = "CLOTH", "cotton_terry"
         seen = self.drawn("DRENCH_PT_object", thing)
         self.assertTrue("use_density" in seen and "stretch" not in seen)
