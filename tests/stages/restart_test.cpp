@@ -219,6 +219,7 @@ cloth:
     mesh: {{file: {}}}
     place: {{position: [0, 0.02, 0]}}
     fabric: polyester_jersey
+    warp: [0, 1, 0]
     friction: 0.4
 bodies: [{{mesh: {{file: {}}}}}]
 )",

@@ -9,16 +9,18 @@
 namespace drench::kokkos_backend {
 namespace {
 
-using Key = std::uint64_t;
+using WideKey = std::uint64_t;
 
-void write_keys(const CellTableView& t, const Array<Real3>& points, Index count, const Array<Key>& key, Index padded) {
+void write_keys(const CellTableView& t, const Array<Real3>& points, Index count, const Array<WideKey>& key,
+                Index padded) {
   parallel(
       "drench::cell_table::bitonic_keys", padded, KOKKOS_LAMBDA(const Index i) {
-        key(i) = i < count ? static_cast<Key>(bucket_of_point(t, points(i))) << 32 | static_cast<Key>(i) : ~Key(0);
+        key(i) = i < count ? static_cast<WideKey>(bucket_of_point(t, points(i))) << 32 | static_cast<WideKey>(i)
+                           : ~WideKey(0);
       });
 }
 
-void read_items(const CellTableView& t, Index count, const Array<Key>& key) {
+void read_items(const CellTableView& t, Index count, const Array<WideKey>& key) {
   const auto item = t.item;
   parallel(
       "drench::cell_table::bitonic_items", count,
@@ -27,7 +29,7 @@ void read_items(const CellTableView& t, Index count, const Array<Key>& key) {
 
 // ---- the paper's: one launch for every pass, one thread for every key (Tables 5 and 6)
 
-void sort_naively(const Array<Key>& key, Index padded) {
+void sort_naively(const Array<WideKey>& key, Index padded) {
   // The paper's inner loop runs while i ≥ 1, which never ends: j is meant.
   for (std::int64_t i = 2; i <= padded; i *= 2)
     for (std::int64_t j = i / 2; j >= 1; j /= 2) {
@@ -36,7 +38,7 @@ void sort_naively(const Array<Key>& key, Index padded) {
           "drench::cell_table::bitonic_pass", padded, KOKKOS_LAMBDA(const Index e) {
             if ((e & apart) != 0) return;  // tid % 2j ≥ j; both are powers of two
             const bool descending = (e & run) != 0;
-            const Key a = key(e), b = key(e + apart);
+            const WideKey a = key(e), b = key(e + apart);
             if (descending ? a < b : a > b) {
               key(e) = b;
               key(e + apart) = a;
@@ -52,20 +54,20 @@ constexpr int block_bits = on_host ? 11 : 12;  // 2048 or 4096 keys, 34 KiB with
 
 /// Keys in memory as they lie there.
 struct Plain {
-  Key* data;
-  KOKKOS_INLINE_FUNCTION Key& operator[](Index i) const { return data[i]; }
+  WideKey* data;
+  KOKKOS_INLINE_FUNCTION WideKey& operator[](Index i) const { return data[i]; }
 };
 /// Keys in scratch memory with a gap after every sixteen, so that a warp's lots of eight fall into different banks.
 struct Gapped {
-  Key* data;
-  KOKKOS_INLINE_FUNCTION Key& operator[](Index i) const { return data[i + (i >> 4)]; }
+  WideKey* data;
+  KOKKOS_INLINE_FUNCTION WideKey& operator[](Index i) const { return data[i + (i >> 4)]; }
   KOKKOS_INLINE_FUNCTION static constexpr std::size_t size(Index keys) {
     return static_cast<std::size_t>(keys + (keys >> 4));
   }
 };
 
-KOKKOS_INLINE_FUNCTION void order(Key& a, Key& b, bool descending) {
-  const Key low = a < b ? a : b, high = a < b ? b : a;
+KOKKOS_INLINE_FUNCTION void order(WideKey& a, WideKey& b, bool descending) {
+  const WideKey low = a < b ? a : b, high = a < b ? b : a;
   a = descending ? high : low;
   b = descending ? low : high;
 }
@@ -77,7 +79,7 @@ KOKKOS_INLINE_FUNCTION void pass(const Keys& keys, Index set, int low, Index fir
   constexpr int lot = 1 << bits;
   const Index at = (set >> low) << (low + bits) | (set & ((Index(1) << low) - 1));
   const bool descending = ((first + at) >> stage & 1) != 0;
-  Key key[lot];
+  WideKey key[lot];
   for (int m = 0; m < lot; ++m) key[m] = keys[at + (Index(m) << low)];
   for (int s = bits - 1; s >= 0; --s)
     for (int m = 0; m < lot; ++m)
@@ -91,7 +93,7 @@ KOKKOS_INLINE_FUNCTION void sort_lot(const Keys& keys, Index set, Index first) {
   constexpr int lot = 1 << lot_bits;
   const Index at = set << lot_bits;
   const bool all_descending = ((first + at) >> lot_bits & 1) != 0;
-  Key key[lot];
+  WideKey key[lot];
   for (int m = 0; m < lot; ++m) key[m] = keys[at + m];
   for (int stage = 1; stage <= lot_bits; ++stage)
     for (int s = stage - 1; s >= 0; --s)
@@ -102,8 +104,8 @@ KOKKOS_INLINE_FUNCTION void sort_lot(const Keys& keys, Index set, Index first) {
 }
 
 using Team = Kokkos::TeamPolicy<ExecSpace>::member_type;
-static_assert(on_host || Gapped::size(1 << block_bits) * sizeof(Key) <= most_scratch(1 << (block_bits - lot_bits)));
-using Scratch = Kokkos::View<Key*, ExecSpace::scratch_memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
+static_assert(on_host || Gapped::size(1 << block_bits) * sizeof(WideKey) <= most_scratch(1 << (block_bits - lot_bits)));
+using Scratch = Kokkos::View<WideKey*, ExecSpace::scratch_memory_space, Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
 
 /// All passes of a stage over distances below 2^high, in scratch memory.
 KOKKOS_INLINE_FUNCTION void merge_in_scratch(const Team& team, const Gapped& keys, int block, int high, Index first,
@@ -125,7 +127,7 @@ KOKKOS_INLINE_FUNCTION void merge_in_scratch(const Team& team, const Gapped& key
 }
 
 /// In blocks of 2^block keys: the stages up to that (stage 0), or what is left of a later stage.
-void sort_blocks(const Array<Key>& key, Index padded, int block, int stage) {
+void sort_blocks(const Array<WideKey>& key, Index padded, int block, int stage) {
   const Index size = Index(1) << block;
   const int team_size = on_host ? 1 : static_cast<int>(size >> lot_bits);
   Kokkos::TeamPolicy<ExecSpace> policy(exec(), padded >> block, team_size);
@@ -151,13 +153,13 @@ void sort_blocks(const Array<Key>& key, Index padded, int block, int stage) {
 }
 
 template <int bits>
-void pass_over_all(const Array<Key>& key, Index padded, int low, int stage) {
+void pass_over_all(const Array<WideKey>& key, Index padded, int low, int stage) {
   parallel(
       "drench::cell_table::bitonic_passes", padded >> bits,
       KOKKOS_LAMBDA(const Index set) { pass<bits>(Plain{key.data()}, set, low, 0, stage); });
 }
 
-void sort_fused(const Array<Key>& key, Index padded) {
+void sort_fused(const Array<WideKey>& key, Index padded) {
   int all = 0;
   while (Index(1) << all < padded) ++all;
   const int block = std::min(block_bits, all);
@@ -195,7 +197,7 @@ class BitonicSort final : public BucketSort {
  private:
   bool naive_;
   Index padded_ = 0;
-  Array<Key> key_;
+  Array<WideKey> key_;
 };
 
 }  // namespace
