@@ -43,7 +43,7 @@ struct SetupSize {
   double crowding = 1;           // so many times as many neighbours has liquid that splashes
   bool contact = false;          // liquid lies at all cloth and walls, as far as there is enough
   double wet_sides = 1;          // of the cloth, then: 2 of one without pins, which liquid flows round
-  double fold_pairs = 10;        // pairs of the cloth with itself that there is room for, a node
+  double fold_pairs = 8;         // pairs of the cloth with itself, a node; there is room for a quarter more
   bool searches_samples = true;  // liquid or other layers look for the cloth's samples
   bool moving_cloth = true;
   bool porous = false;
