@@ -6,6 +6,7 @@
 
 #include "cloth_problem.hpp"
 #include "collision.hpp"
+#include "state/domain_border.hpp"
 #include "transfer.hpp"
 
 namespace drench::reference {
@@ -318,9 +319,9 @@ SomeParticles escaped(const HostState& s, const std::vector<bool>& gone, double 
   return some;
 }
 
-bool outside(const Box& domain, const Vector3d& x) {
+bool outside(const Box& box, const Vector3d& x) {
   for (int a = 0; a < 3; ++a) {
-    if (x[a] < domain.min[a] || x[a] > domain.max[a]) return true;
+    if (x[a] < box.min[a] || x[a] > box.max[a]) return true;
   }
   return false;
 }
@@ -366,6 +367,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
   exchange_impulses(state, collisions, impulse);
   push_nodes(state, impulse, info.dt);
 
+  const Box border = domain_border(m);
   std::vector<bool> gone(particles, false), in_drain(particles, false);
   report.tunnelled = 0;
   report.escaped_speed = 0;
@@ -382,7 +384,7 @@ void advection(ReferenceState& state, const StepInfo& info, StepReport& report) 
     }
     s.fluid_position[i] = arr(x1[i]);
     s.fluid_age[i] += info.dt;
-    gone[i] = outside(m.scene.domain, x1[i]);
+    gone[i] = outside(border, x1[i]);
     in_drain[i] = !gone[i] && drained(m.scene.fluid.drains, x1[i], info.time + info.dt);
     if (m.has_solute() && s.fluid_mass[i] == 0 && !gone[i] && !in_drain[i]) s.solute_deposited += s.fluid_solute[i];
     if (gone[i]) report.escaped_speed = std::max(report.escaped_speed, vec(s.fluid_velocity[i]).norm());

@@ -200,7 +200,7 @@ void print_step(const Model& model, const HostState& state) {
   if (time.mode == TimeMode::cfl) {
     double dt = time.step;
     if (fastest > 0) dt = std::min(dt, time.cfl * model.spacing / fastest);
-    fmt::print("time step: {:.4g} s, down to {:.4g} s at {:.3g} m/s (free fall), CFL number {}\n", time.step,
+    fmt::print("time step: {:.4g} s, down to {:.4g} s at {:.3g} m/s (fastest expected), CFL number {}\n", time.step,
                std::min(dt, model.capillary_step()), fastest, time.cfl);
     return;
   }
@@ -211,7 +211,8 @@ void print_step(const Model& model, const HostState& state) {
   }
   const double spacings = time.step / model.spacing;
   fmt::print(
-      "time step: {:.4g} s; at {:.3g} m/s (free fall) {:.2g} spacings per step, at {:.3g} m/s (where liquid hits, "
+      "time step: {:.4g} s; at {:.3g} m/s (fastest expected) {:.2g} spacings per step, at {:.3g} m/s (where liquid "
+      "hits, "
       "enters "
       "or is pushed) {:.2g} (CFL number)\n",
       time.step, fastest, fastest * spacings, impact, impact * spacings);

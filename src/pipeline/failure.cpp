@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "pipeline/stage_list.hpp"
-#include "state/deforming_body.hpp"
+#include "state/driven_speed.hpp"
 #include "state/nozzle.hpp"
 
 namespace drench {
@@ -18,41 +18,16 @@ double norm(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
 
 double largest(const Vec3& v) { return std::max({v[0], v[1], v[2]}); }
 
-/// Of the centre, m/s.
-double fastest_centre(const Body& body) {
-  return body.velocity.largest() + body.path.largest_derivative() + norm(body.command.velocity);
-}
-
-/// rad/s
-double fastest_spin(const Body& body) {
-  return std::max(body.spin_rate.largest(), body.turn_rate) + norm(body.command.spin);
-}
-
 }  // namespace
 
 double fastest_prescribed(const Model& m) {
-  double fastest = m.fastest_before;
+  double fastest = std::max(m.fastest_before, driven_speed(m));
 #define DRENCH_FASTEST(name, speed) \
   if (m.scene.name.present) fastest = std::max(fastest, speed);
   DRENCH_FORCES(DRENCH_FASTEST)
 #undef DRENCH_FASTEST
   for (const BlockScene& block : m.scene.fluid.blocks) fastest = std::max(fastest, norm(block.velocity));
   for (const Jet& jet : m.jets) fastest = std::max(fastest, fastest_leaving(jet));
-  for (const Body& body : m.bodies)
-    fastest = std::max(fastest, fastest_centre(body) + fastest_spin(body) * body.reach + fastest_point(body.shape));
-  for (std::size_t n = 0; n < m.mesh.pin_motion.size(); ++n) {
-    if (m.mesh.pin_motion[n] < 0) continue;
-    const PinMotion& pin = m.pin_motions[static_cast<std::size_t>(m.mesh.pin_motion[n])];
-    if (pin.body >= 0) {
-      const Body& body = m.bodies[static_cast<std::size_t>(pin.body)];
-      fastest = std::max(fastest, fastest_centre(body) + fastest_spin(body) * pin.reach);
-      continue;
-    }
-    const Vec3& x = m.mesh.rest_position[n];
-    const Vec3 arm{x[0] - pin.center[0], x[1] - pin.center[1], x[2] - pin.center[2]};
-    fastest =
-        std::max(fastest, pin.velocity.largest() + pin.path.largest_derivative() + pin.rate.largest() * norm(arm));
-  }
   return fastest;
 }
 

@@ -9,7 +9,7 @@
 #include "setup/cloth_mesh.hpp"
 #include "setup/point_grid.hpp"
 #include "stages/substeps.hpp"
-#include "state/deforming_body.hpp"
+#include "state/driven_speed.hpp"
 #include "state/nozzle.hpp"
 
 namespace drench {
@@ -119,30 +119,6 @@ class Paths {
   double reach_ = 0, longest_ = 0, patience_ = 0;
 };
 
-/// The fastest body, the fastest pin, and the fastest cloth at the start, m/s.
-double driven_speed(const Model& model) {
-  double fastest = 0;
-  for (const ClothScene& cloth : model.scene.cloths) fastest = std::max(fastest, to_eigen(cloth.velocity).norm());
-  for (const Body& body : model.bodies)
-    fastest = std::max(fastest, body.velocity.largest() + body.path.largest_derivative() +
-                                    std::max(body.spin_rate.largest(), body.turn_rate) * body.reach +
-                                    fastest_point(body.shape));
-  for (std::size_t n = 0; n < model.mesh.pin_motion.size(); ++n) {
-    if (model.mesh.pin_motion[n] < 0) continue;
-    const PinMotion& motion = model.pin_motions[static_cast<std::size_t>(model.mesh.pin_motion[n])];
-    if (motion.body >= 0) {
-      const Body& body = model.bodies[static_cast<std::size_t>(motion.body)];
-      fastest = std::max(fastest, body.velocity.largest() + body.path.largest_derivative() +
-                                      std::max(body.spin_rate.largest(), body.turn_rate) * motion.reach);
-      continue;
-    }
-    const Vector3d arm = to_eigen(model.mesh.rest_position[n]) - to_eigen(motion.center);
-    fastest = std::max(fastest, motion.velocity.largest() + motion.path.largest_derivative() +
-                                    motion.rate.largest() * to_eigen(motion.axis).cross(arm).norm());
-  }
-  return fastest;
-}
-
 /// Every so many-th, so that about `most` are looked at.
 std::size_t stride(std::size_t count, std::size_t most) { return 1 + count / most; }
 
@@ -167,6 +143,9 @@ ExpectedSpeeds expected_speeds(const Model& model, const HostState& state) {
     }
     paths.speeds.impact = std::max(paths.speeds.impact, to_eigen(block.velocity).norm());
   }
+  for (std::size_t i = 0; i < state.fluid_position.size(); i += stride(state.fluid_position.size(), 40))
+    paths.follow(state.fluid_position[i], state.fluid_velocity[i], end, false);
+  for (const Vec3& v : state.fluid_velocity) paths.speeds.impact = std::max(paths.speeds.impact, to_eigen(v).norm());
   for (std::size_t j = 0; j < model.jets.size(); j += stride(model.jets.size(), 50)) {
     const JetScene& jet = model.jets[j].scene;
     if (jet.start >= end) continue;

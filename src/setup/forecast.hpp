@@ -6,9 +6,9 @@
 
 namespace drench {
 
-/// Speeds that the liquid comes to, m/s. Paths begin at points of each block, at each jet and, where cloth drips, at
-/// nodes, and fall under gravity and field until they leave the domain, stop at a cloth, a plane or a container, or the
-/// scene ends; other bodies they pass as liquid flows round them. Bodies are where they are at t = 0.
+/// Speeds that the liquid comes to, m/s. Paths begin at points of each block, at some particles, at each jet and, where
+/// cloth drips, at nodes, and fall under gravity and field until they leave the domain, stop at a cloth, a plane or a
+/// container, or the scene ends; other bodies they pass as liquid flows round them. Bodies are where they are at t = 0.
 struct ExpectedSpeeds {
   double fastest = 0;  // anywhere on the way
   double impact = 0;   // at a source, where a path meets a solid or a cloth, or of bodies and pins that push

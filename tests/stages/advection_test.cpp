@@ -1,5 +1,6 @@
 // Stage advection: backend against reference from identical input.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -171,6 +172,33 @@ fluid:
                   EXPECT_EQ(s.fluid_count(), taken > 0 ? 500 : 1000) << time;
                   EXPECT_EQ(report.escaped.count, 0);
                 });
+}
+
+/// In single precision -0.3 is less than -0.3.
+TEST(advection, liquid_at_walls_on_the_border_of_the_domain_stays) {
+  for (const char* bodies :
+       {"[{box: {min: [-0.3, -0.1, -0.4], max: [0.3, 0.7, 0.4], inside: true}}]",
+        "[{plane: {point: [-0.3, 0, 0], normal: [1, 0, 0]}}, {plane: {point: [0.3, 0, 0], normal: "
+        "[-1, 0, 0]}}, {plane: {point: [0, -0.1, 0], normal: [0, 1, 0]}}, {plane: {point: [0, 0.7, "
+        "0], normal: [0, -1, 0]}}, {plane: {point: [0, 0, -0.4], normal: [0, 0, 1]}}, {plane: "
+        "{point: [0, 0, 0.4], normal: [0, 0, -1]}}]"}) {
+    SCOPED_TRACE(bodies);
+    const drench::Setup setup = setup_from(fmt::format(R"(drench: 1
+domain: {{min: [-0.3, -0.1, -0.4], max: [0.3, 0.7, 0.4]}}
+fluid:
+  spacing: 0.05
+  sources: [{{block: {{min: [-0.3, -0.1, -0.4], max: [0.3, 0.7, 0.4]}}}}]
+bodies: {}
+)",
+                                                       bodies));
+    HostState state = setup.state;
+    for (std::size_t i = 0; i < state.fluid_velocity.size(); ++i)
+      state.fluid_velocity[i][i % 3] = i % 2 == 0 ? 100 : -100;
+    run_on_both(setup.model, state, until_advection, {0, 0, 0.01, 1}, [&](const Backend& backend, const StepReport& r) {
+      EXPECT_GT(r.clamped, 1000);
+      EXPECT_EQ(backend.download().drained, 0);
+    });
+  }
 }
 
 /// One step of the stages around advection, on both backends: law 6 and 7's numbers are the ledger's.

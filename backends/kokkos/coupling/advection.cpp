@@ -13,6 +13,7 @@
 #include "core/reduce.hpp"
 #include "coupling/cloth_motion.hpp"
 #include "coupling/sweep.hpp"
+#include "state/domain_border.hpp"
 
 namespace drench::kokkos_backend {
 namespace {
@@ -198,8 +199,8 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
   const Slice<const Drain> drains = std::as_const(work.drains);
   const double quantum = constants.quantum;
   const Real spacing = constants.spacing;
-  const Vec3 &min = constants.model.scene.domain.min, &max = constants.model.scene.domain.max;
-  const Double3 lo{min[0], min[1], min[2]}, hi{max[0], max[1], max[2]};
+  const Box border = domain_border(constants.model);
+  const Double3 lo{border.min[0], border.min[1], border.min[2]}, hi{border.max[0], border.max[1], border.max[2]};
   Kokkos::parallel_reduce(
       "drench::advection::finish", range(fluid.particles.count),
       KOKKOS_LAMBDA(const Index i, AdvectionCounts& counts) {
