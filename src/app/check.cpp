@@ -264,6 +264,7 @@ int check_command(const CheckOptions& options) {
   const Model& model = setup.model;
   auto warnings = setup.warnings;
   if (!no_device.empty()) warnings.push_back(no_device);
+  if (std::string late = memory.too_large_later(budget); !late.empty()) warnings.push_back(std::move(late));
   fmt::print("scene: {}\n", options.scene);
   print_parts(model, setup.state);
   for (const std::string& line : setup.notes) fmt::print("{}\n", line);

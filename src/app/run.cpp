@@ -42,6 +42,14 @@ void print_line(std::FILE* to, const std::string& text) {
   std::fflush(to);
 }
 
+/// What the user reads of an exception that is not a RunFailure.
+std::string cause_of(const std::exception& e) {
+  const std::string what = e.what();
+  if (dynamic_cast<const std::bad_alloc*>(&e) == nullptr && what.find("failed to allocate") == std::string::npos)
+    return what;
+  return "out of memory: use a larger fluid.spacing, or emitters with less liquid";
+}
+
 /// A run from its first frame to its last line.
 class Run {
  public:
@@ -112,11 +120,10 @@ class Run {
       return fail(failure);
     } catch (const std::exception& e) {
       progress.finish();
-      const std::string kept = last_checkpoint();
-      log_.write(fmt::format("stopped at step {}: {}{}", pipeline_.step_index(), e.what(), kept));
+      const std::string kept = last_checkpoint(), what = cause_of(e);
+      log_.write(fmt::format("stopped at step {}: {}{}", pipeline_.step_index(), what, kept));
       report();
-      if (kept.empty() || dynamic_cast<const std::bad_alloc*>(&e) != nullptr) throw;
-      throw std::runtime_error(e.what() + kept);
+      throw std::runtime_error(what + kept);
     }
     progress.finish();
     summary(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), stopped);
@@ -183,6 +190,7 @@ class Run {
     if (!same) folder = make_run_folder(options_.output, options_.scene, options_.overwrite);
     lock_.emplace(folder.path);
     folder_ = folder.path;
+    if (!same) frames_elsewhere_ = frames_written_;
     if (same) cut_off();
     write_resolved_scene(folder_, model_.scene, backend_.name(), backend_.description());
     log_ = RunLog(folder_ / "run.log", same);
@@ -361,6 +369,8 @@ class Run {
     if (stopped) say(fmt::format("interrupted at step {}", pipeline_.step_index()));
     if (stopped && !folder_.empty())
       say(fmt::format("to continue: drench run {} --resume {}", options_.scene, folder_.string()));
+    if (resume_ && totals_.steps() == 0 && !stopped)
+      say(fmt::format("the run had already ended at {:.6g} s; to continue it: --until T", pipeline_.time()));
     say(totals_.end(pipeline_.time(), seconds, mass_error_));
     if (const std::string errors = totals_.errors(model_); !errors.empty()) say(errors);
     if (const std::string fabrics = fabrics_.lines(model_); !fabrics.empty())
@@ -376,8 +386,9 @@ class Run {
     std::string files;
     if (frames_)
       for (const std::string& name : frames_->collections()) files += (files.empty() ? "" : ", ") + name;
+    const std::int64_t here = frames_ ? frames_->frames() - frames_elsewhere_ : 0;
     const std::string pictures =
-        frames_ ? fmt::format("; {} frames, open in ParaView: {}", frames_->frames(), files) : std::string();
+        here > 0 ? fmt::format("; {} frame{}, open in ParaView: {}", here, here == 1 ? "" : "s", files) : std::string();
     print_line(stdout, fmt::format("output in {}{}", folder_.string(), pictures));
   }
 
@@ -394,7 +405,8 @@ class Run {
   RunSchedule schedule_;
   std::int64_t last_state_step_ = -1;
   const ForeseenMemory& memory_;
-  std::int64_t frames_written_ = 0;  // on schedule, those of the run before included
+  std::int64_t frames_written_ = 0;    // on schedule, those of the run before included
+  std::int64_t frames_elsewhere_ = 0;  // of these, in the folder of the run before
   std::int64_t last_checkpoint_step_ = -1;
   bool shortened_ = false;  // the last step ended at time.end and not where it would have ended otherwise
   double mass_error_ = 0;
@@ -441,6 +453,7 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
   const MemoryBudget budget = memory_budget_of_rank(whole, share_of_rank(setup, rank_count));
   ForeseenMemory memory = foresee_memory(setup, budget);
   refuse_too_large(memory.size, budget);  // now that the lists' entries are counted
+  if (std::string late = memory.too_large_later(budget); !late.empty()) setup.warnings.push_back(std::move(late));
   std::optional<BackendRuntime> runtime;  // outlives the backend
   if (!reference)
     runtime.emplace(ranks && options.threads == 0 && allowed_cores() == 1 ? 1 : options.threads, options.quiet);

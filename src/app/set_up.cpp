@@ -87,6 +87,15 @@ std::string ForeseenMemory::later() const {
   return text;
 }
 
+std::string ForeseenMemory::too_large_later(const MemoryBudget& budget) const {
+  const double free = budget.device.empty() ? budget.host : budget.device_free;
+  if (!(end > free)) return "";
+  return fmt::format(
+      "with {:.0f} more particles the scene needs about {}, {} has {}: the run will end early; use a larger "
+      "fluid.spacing, or emitters with less liquid",
+      added, mebibytes(end), budget.device.empty() ? "the machine" : budget.device, mebibytes(free));
+}
+
 std::string mebibytes(double bytes) { return fmt::format("{:.1f} MiB", bytes / (1 << 20)); }
 
 }  // namespace drench

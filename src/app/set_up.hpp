@@ -35,6 +35,8 @@ struct ForeseenMemory {
   bool folds() const { return folded > 1.01 * end; }
   /// ", 12.3 MiB in the end, 15.4 MiB in folds", as far as these differ from the start.
   std::string later() const;
+  /// A warning where liquid that comes later will not fit; "" where it does.
+  std::string too_large_later(const MemoryBudget& budget) const;
 };
 ForeseenMemory foresee_memory(const Setup& setup, const MemoryBudget& budget);
 

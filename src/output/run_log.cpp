@@ -58,9 +58,9 @@ std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
     s.worst = std::max(s.worst, errors[i]);
   }
   if (r.tunnelled > 0 && tunnelled_ == 0)
-    said +=
-        fmt::format("warning: step {} (t = {:.6g} s): {} particles passed through intact cloth, the first with id {}\n",
-                    step, time, r.tunnelled, r.lowest_tunnelled);
+    said += fmt::format(
+        "warning: step {} (t = {:.6g} s): {} particle{} passed through intact cloth, the first with id {}\n", step,
+        time, r.tunnelled, r.tunnelled == 1 ? "" : "s", r.lowest_tunnelled);
   tunnelled_ += r.tunnelled;
   if (r.cloth_stretch > most_stretch_ && !(stretch_ > most_stretch_))
     said += fmt::format(
@@ -113,7 +113,8 @@ std::string RunTotals::errors(const Model& model) const {
 }
 
 std::string RunTotals::end(double time, double seconds, double mass_error) const {
-  return fmt::format("{} steps to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", steps_, time, seconds, mass_error);
+  return fmt::format("{} step{} to t = {:.6g} s in {:.1f} s, mass error {:.3g} kg", steps_, steps_ == 1 ? "" : "s",
+                     time, seconds, mass_error);
 }
 
 std::string RunTotals::stage_table(const std::vector<Stage>& stages) const {

@@ -173,10 +173,23 @@ const Value* LoadSection::take_array(const char* key, std::size_t size, const st
   return value;
 }
 
+namespace {
+
+/// "… is not a number". `kind`: what it is not.
+std::string not_a(const char* kind, const Value& value) {
+  Value plain = value;
+  plain.quoted = false;
+  if (value.quoted && to_double(plain))
+    return fmt::format("{} in quotes is not {}: remove the quotes", value.shown(), kind);
+  return fmt::format("{} is not {}", value.shown(), kind);
+}
+
+}  // namespace
+
 double LoadSection::read_number(const Value& value, const std::string& key, const char* range, const char* unit) const {
   const std::string allowed = with_unit(range, unit);
   const std::optional<double> number = to_double(value);
-  if (!number) fail(value, key, fmt::format("{} is not a number; allowed: {}", value.shown(), allowed));
+  if (!number) fail(value, key, fmt::format("{}; allowed: {}", not_a("a number", value), allowed));
   if (parse_range(range).contains(*number)) return *number;  // never true of NaN
   const char* wrong = std::isfinite(*number) ? "is out of range" : "is not a finite double";
   fail(value, key, fmt::format("{} {}; allowed: {}", value.shown(), wrong, allowed));
@@ -186,7 +199,7 @@ int LoadSection::read_integer(const Value& value, const std::string& key, const 
   const std::string allowed = with_unit(range, unit);
   bool whole = false;
   const std::optional<int> number = to_int(value, whole);
-  if (!whole) fail(value, key, fmt::format("{} is not a whole number; allowed: {}", value.shown(), allowed));
+  if (!whole) fail(value, key, fmt::format("{}; allowed: {}", not_a("a whole number", value), allowed));
   if (number && parse_range(range).contains(*number)) return *number;
   fail(value, key, fmt::format("{} is out of range; allowed: {}", value.shown(), allowed));
 }
@@ -437,9 +450,10 @@ void LoadSection::check_known() const {
     shown_key.kind = Value::Kind::scalar;
     shown_key.text = entry.key;
     const std::string guess = nearest_word(entry.key, known_), place = place_of_key(entry.key);
-    const std::string hint = !place.empty()   ? fmt::format("did you mean {}?", place)
-                             : !guess.empty() ? fmt::format("did you mean '{}'?", guess)
-                                              : "allowed: " + first_words(known_);
+    const std::string hint = entry.key == "<<" ? "merge keys are not supported: repeat the keys"
+                             : !place.empty()  ? fmt::format("did you mean {}?", place)
+                             : !guess.empty()  ? fmt::format("did you mean '{}'?", guess)
+                                               : "allowed: " + first_words(known_);
     throw SceneError(entry.place.text(), fmt::format("{}: unknown key {} in {}; {}", path_of(entry.key.substr(0, 64)),
                                                      shown_key.shown(), path_.empty() ? "the scene" : path_, hint));
   }

@@ -85,7 +85,9 @@ Pins pinned_nodes(const ClothScene& cloth, const PlacedMesh& placed, const std::
         }
         break;
     }
-    if (!any) warnings.push_back(label + ": a pin selects no node");
+    if (!any)
+      warnings.push_back(
+          fmt::format("{}: pin {} selects no node: move or enlarge its box, or remove it", label, entry));
   }
   return pins;
 }

@@ -134,7 +134,8 @@ double reach_of(const std::vector<Vec3>& offsets) {
 
 void check_inside(const Model& model, const Jet& jet, const std::string& name) {
   if (!contains(model.scene.domain.min, model.scene.domain.max, center_of_mouth(jet, jet.scene.start)))
-    throw SetupError(name + ": the centre is outside the domain when it starts to flow");
+    throw SetupError(name +
+                     ": the centre is outside the domain when it starts to flow; move it, or enlarge the domain");
 }
 
 void check_count(double points, double most, double d, const std::string& name) {
@@ -174,7 +175,7 @@ Jet make_jet(const Model& model, const JetScene& scene, const std::string& name)
     throw SetupError(fmt::format("{}: the side {} m is below the spacing, {} m", name, side, d));
   if (!(speed > 0)) throw SetupError(name + ": the velocity must not be zero");
   if (!moves(scene.motion) && !contains(model.scene.domain.min, model.scene.domain.max, scene.center)) {
-    throw SetupError(name + ": the centre is outside the domain");
+    throw SetupError(name + ": the centre is outside the domain; move it, or enlarge the domain");
   }
   jet.area = disc ? std::numbers::pi * radius * radius : scene.size[0] * scene.size[1];
   check_count(jet.area / (d * d), max_mouth_points, d, name);
@@ -282,7 +283,7 @@ Jet make_rain(const Model& model, const RainScene& scene, const std::string& nam
   }
   jet.scene.velocity = to_vec3(velocity);
   if (!contains(model.scene.domain.min, model.scene.domain.max, scene.center))
-    throw SetupError(name + ": the centre is outside the domain");
+    throw SetupError(name + ": the centre is outside the domain; move it, or enlarge the domain");
   const double full = d * d * d, drop = std::numbers::pi / 6 * std::pow(scene.diameter, 3);
   if (drop > full * (1 + 1e-9))
     throw SetupError(

@@ -184,8 +184,9 @@ BlockParticles lay_blocks(Model& model, std::vector<SourceFile> files, std::vect
     for (std::size_t i = begin; i < positions.size(); ++i) placed.add(positions[i]);
   }
   if (outside > 0)
-    throw SetupError(
-        fmt::format("fluid: {} of the blocks' {} particles are outside the domain", outside, positions.size()));
+    throw SetupError(fmt::format(
+        "fluid: {} of the blocks' {} particles are outside the domain: enlarge the domain, or move the block", outside,
+        positions.size()));
   if (overlaps > 0)
     warnings.push_back(
         fmt::format("fluid: {} particles are omitted where blocks overlap ({} with an earlier one): move or "

@@ -73,7 +73,7 @@ inline constexpr BadScene bad_scenes[] = {
      "checkpoints until 2 s; allowed: at most 1e+09"},
     {"DirectionIsLost", FLUID "field: {rate: [1e-300, 0, 0]}\n", 4, 15, "field.rate", "has length 0"},
     {"StepIsAWord", FLUID "time: {step: soon}\n", 4, 14, "time.step", "'soon' is not a number; allowed: [1e-9, 1] s"},
-    {"StepIsQuoted", FLUID "time: {step: \"0.1\"}\n", 4, 14, "time.step", "is not a number"},
+    {"StepIsQuoted", FLUID "time: {step: \"0.1\"}\n", 4, 14, "time.step", "'0.1' in quotes is not a number"},
     {"StepHasAUnit", FLUID "time: {step: 4 ms}\n", 4, 14, "time.step", "'4 ms' is not a number"},
     {"StepIsNaN", FLUID "time: {step: .nan}\n", 4, 14, "time.step", "is not a finite double"},
     {"StepIsNothing", FLUID "time: {step: }\n", 4, 8, "time.step", "nothing is not a number"},

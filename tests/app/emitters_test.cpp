@@ -189,7 +189,9 @@ TEST_F(Faces, SayWhatIsWrongWithThem) {
             "smaller mesh or a larger spacing");
   Scene away = scene(plane());
   away.fluid.mesh_jets[0].placed.position = {0, 3, 0};
-  EXPECT_EQ(error_of(away), "fluid: mesh_jet 0: the centre is outside the domain when it starts to flow");
+  EXPECT_EQ(
+      error_of(away),
+      "fluid: mesh_jet 0: the centre is outside the domain when it starts to flow; move it, or enlarge the domain");
   Scene other = scene(plane());
   other.fluid.mesh_jets[0].sequence.files = {plane(), write("other.obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")};
   EXPECT_EQ(error_of(other),

@@ -64,7 +64,7 @@ double cut_of(const NodeGraph& near, Index patches, Index most, bool connected) 
     for (const Index n : own) patch_of[at(n)] = p;
     if (!own.empty()) apart += unreached(near, own);
   }
-  EXPECT_LE(apart, connected ? near.size() / 20 : near.size());
+  EXPECT_LE(apart, connected ? near.size() / 10 : near.size());
   std::size_t edges = 0, cut = 0;
   for (std::size_t n = 0; n < near.size(); ++n)
     for (const Index m : near[n]) {

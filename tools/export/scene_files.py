@@ -87,6 +87,8 @@ class Output:
         self.source, self.folder = source, folder or source.with_suffix("")
         self.name = source.stem
         self.meshes = 0
+        if (self.folder / f"{self.name}.yaml").exists():
+            fail(f"{self.folder / self.name}.yaml: exists; remove it, or choose another folder with -o")
         self.folder.mkdir(parents=True, exist_ok=True)
 
     def mesh(self, name, points, triangles):
