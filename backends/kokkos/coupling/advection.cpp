@@ -199,7 +199,7 @@ void finish_fluid(const Constants& constants, Fluid& fluid, const NeighborLists&
   const Slice<const Drain> drains = std::as_const(work.drains);
   const double quantum = constants.quantum;
   const Real spacing = constants.spacing;
-  const Box border = domain_border(constants.model);
+  const drench::Box border = domain_border(constants.model);
   const Double3 lo{border.min[0], border.min[1], border.min[2]}, hi{border.max[0], border.max[1], border.max[2]};
   Kokkos::parallel_reduce(
       "drench::advection::finish", range(fluid.particles.count),
