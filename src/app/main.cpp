@@ -196,15 +196,19 @@ void add_report_options(CLI::App& command, drench::ReportOptions& options) {
 }
 
 void add_new_options(CLI::App& command, drench::NewOptions& options) {
-  command.add_option(
-      "MESH", options.mesh,
-      "mesh of a garment: .obj, .ply, .stl, or a file that drench import reads (default: a square cloth)");
-  command.add_option("--body", options.body,
-                     "mesh of the body that wears it; a pattern such as \"body_*.obj\" for an animated one");
+  const auto named = [](const std::string& name) { return name.empty() ? "it has no name" : ""; };
+  command
+      .add_option("MESH", options.mesh,
+                  "mesh of a garment: .obj, .ply, .stl, or a file that drench import reads (default: a square cloth)")
+      ->check(named);
+  command
+      .add_option("--body", options.body,
+                  "mesh of the body that wears it; a pattern such as \"body_*.obj\" for an animated one")
+      ->check(named);
   command
       .add_option("--fabric", options.fabric,
                   "a named fabric, or a .yaml file with one (default: round numbers for a light fabric)")
-      ->check([](const std::string& name) { return name.empty() ? "it has no name" : ""; });
+      ->check(named);
   command.add_option("-o,--output", options.output, "new file for the scene (default: standard output)");
   command.add_option("--prim", options.prim, "mesh of the garment in an imported file (default: the only one)");
   command.add_option("--body-prim", options.body_prim, "mesh of the body in an imported file (default: the only one)");

@@ -45,7 +45,7 @@ std::string RunTotals::add(std::int64_t step, double time, const StepReport& r,
   const std::array<int, 3> iterations{r.divergence_iterations, r.density_iterations, r.cloth_iterations};
   std::string said;
   for (std::size_t i = 0; i < solvers_.size(); ++i) {
-    if (converged[i]) continue;
+    if (converged[i] || (i == 1 && errors[1] == 0 && !converged[2])) continue;  // then the cloth's own line says it
     Solver& s = solvers_[i];
     const double cloth = i == 1 ? r.cloth_residual : 0;
     if (s.failures++ == 0) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -44,6 +45,11 @@ const yaml::Value* value_at(const yaml::Value& root, const std::string& dotted) 
 std::string read_document(const std::string& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) throw SceneError(path, "is a folder; allowed: a scene file");
+  constexpr std::array meshes{".obj", ".ply", ".stl",  ".usd", ".usda", ".usdc",
+                              ".fbx", ".glb", ".gltf", ".abc", ".blend"};
+  if (const std::string ending = std::filesystem::path(path).extension().string();
+      std::find(meshes.begin(), meshes.end(), ending) != meshes.end() && std::filesystem::exists(path, error))
+    throw SceneError(path, "is a mesh, not a scene; to make a scene of it: drench new MESH -o scene.yaml");
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw SceneError(path, fmt::format("cannot be read: {}", std::strerror(errno)));

@@ -113,6 +113,7 @@ void choose_fabric(Suggestion& s, std::vector<std::string>& warnings) {
             "holds less water than that fabric. A mesh with more regular triangles, or self_collision: false, allows "
             "the whole thickness",
             s.mesh, s.garment.least_height, thinner, s.thickness, s.fabric));
+      s.whole_thickness = s.thickness;
       s.thickness = thinner;
       s.thinner = true;
     } else {
@@ -225,6 +226,12 @@ Setup set_up(Suggestion& s, std::vector<std::string>& warnings, FilledBodies& fi
   } catch (const SetupError& error) {
     if (!s.self_collision) throw;
     s.self_collision = false;
+    if (s.whole_thickness > 0) {  // it was thinner for the sake of self_collision
+      std::erase_if(warnings, [](const std::string& w) { return w.find("so that the thickness is") != w.npos; });
+      s.capacity *= s.whole_thickness / s.thickness;
+      s.thickness = std::exchange(s.whole_thickness, 0.0);
+      s.thinner = false;
+    }
     Setup setup = build_text(text_of(s, false), filled);
     warnings.push_back(fmt::format("self_collision is off: {}", error.what()));
     return setup;
@@ -359,6 +366,12 @@ bool put_on(Suggestion& s, const Body& body) {
   return true;
 }
 
+/// Of a box around points, m.
+double longest_side(const std::vector<Vec3>& points) {
+  const Box box = bounds_of(points);
+  return std::max({box.max[0] - box.min[0], box.max[1] - box.min[1], box.max[2] - box.min[2]});
+}
+
 /// Puts the garment on the body and the nozzle where the body is not, and decides by what holds the garment. An
 /// animated body counts as its first file. Returns how deep nodes start inside the body, m.
 double place_with_body(Suggestion& s, const std::string& body_file, std::vector<std::string>& warnings,
@@ -369,15 +382,23 @@ double place_with_body(Suggestion& s, const std::string& body_file, std::vector<
   if (!body.field.empty()) {
     choose_jet(s, exact_distance(body));
     constexpr double many = 0.1;  // of the nodes
-    if (const double inside = rate_place(s.garment, body).inside; inside > many && !s.garment.flat)
-      warnings.push_back(fmt::format(
-          "{:.0f} % of the garment's nodes are inside the body, and no better place was found: set place of "
-          "the cloth (position, rotate), and unit and up of both meshes",
-          100 * inside));
+    if (const double inside = rate_place(s.garment, body).inside; inside > many)
+      warnings.push_back(
+          fmt::format("{:.0f} % of the cloth's nodes are inside the body, also at the best place that was found: the "
+                      "garment may be "
+                      "too small for this body (scale), or set place of the cloth (position, rotate), and unit and up "
+                      "of both meshes",
+                      100 * inside));
   }
   const bool sheet = s.garment.flat && s.garment.open, around_it = surrounds(s.garment, body.mesh_points),
              falls = falls_freely(setup.model, setup.model.cloths.front());
   s.pinned = falls || (!sheet && !around_it);
+  if (!sheet && !around_it)
+    warnings.push_back(
+        fmt::format("no part of the body is inside the garment, which is {:.2g} m long, the body {:.2g} m: check unit "
+                    "and up of both "
+                    "meshes, and the place of the cloth",
+                    s.garment.size, longest_side(body.mesh_points)));
   if (const std::size_t pieces = around_it && !s.pinned ? pieces_beside(s.garment, body.mesh_points) : 0; pieces > 0)
     warnings.push_back(fmt::format(
         "the garment is in {} pieces that are not sewn together, and none of them goes around the body by itself: they "

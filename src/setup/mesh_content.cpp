@@ -33,6 +33,8 @@ constexpr std::array beginnings{
     Beginning{"blender-v", "a Blender file: use drench import, with the extension .blend"},
     Beginning{"pk\x03\x04", "a zip archive: unpack it"},
     Beginning{"\x1f\x8b", "a gzip archive: unpack it"},
+    Beginning{"\xff\xfe", "text in UTF-16: save it as UTF-8"},
+    Beginning{"\xfe\xff", "text in UTF-16: save it as UTF-8"},
 };
 
 /// The ending of the mesh format that the bytes have, as far as that is plain; else "".

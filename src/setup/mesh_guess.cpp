@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double largest_in_metres = 5, largest_in_centimetres = 300;  // a curtain; a garment of 3 m
 constexpr double largest_in_decimetres = 30;                           // a body of 3 m
+constexpr double garment_in_decimetres = 20;                           // 2 m; 20 cm would be a handkerchief
 constexpr double flat = 0.1, taller = 1.2;                             // of the longest side; of the other side
 constexpr double rare_unit = 0.6;                                      // misfit up to which inches are believed
 constexpr double centred = 0.2, grounded = 0.3;  // the middle's distance from the origin over the side's length
@@ -28,8 +29,10 @@ void guess_unit(const Box& box, MeshGuess& guess) {
   const double size = sides_of(box).maxCoeff();
   if (size > largest_in_centimetres)
     guess.unit = LengthUnit::mm;
-  else if (size > largest_in_metres)
+  else if (size > garment_in_decimetres)
     guess.unit = LengthUnit::cm;
+  else if (size > largest_in_metres)
+    guess.unit = LengthUnit::dm;
   if (guess.unit != LengthUnit::m) guess.unit_reason = fmt::format("it is {:.3g} units long", size);
 }
 
@@ -117,7 +120,7 @@ void check_guess(const Box& file_box, const MeshGuess& guess, const std::string&
 MeshGuess guess_of_body(const Box& file_box) {
   MeshGuess guess = guess_of(file_box);
   const double size = sides_of(file_box).maxCoeff();
-  if (guess.unit == LengthUnit::cm && size <= largest_in_decimetres) {
+  if (size > largest_in_metres && size <= largest_in_decimetres) {
     guess.unit = LengthUnit::dm;
     guess.unit_reason = fmt::format("it is {:.3g} units long, a person in decimetres", size);
   }
@@ -129,22 +132,25 @@ MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const Mesh
   const MeshGuess alike{body.unit, body.up, body.unit == LengthUnit::m ? "" : "as the body",
                         body.up == UpAxis::y ? "" : "as the body"};
   const bool sheet = sides_of(file_box).minCoeff() < 0.01 * sides_of(file_box).maxCoeff();
+  const std::string fits = "then it fits the body";
   MeshGuess best = alike;
   double least = misfit(upright_box(file_box, best), around, sheet) + dwarfish(file_box, best) -
                  0.2;  // files of one pair are likely alike
   for (const LengthUnit unit : {LengthUnit::m, LengthUnit::dm, LengthUnit::cm, LengthUnit::mm, LengthUnit::inch})
     for (const UpAxis up : {UpAxis::y, UpAxis::z, UpAxis::x}) {
-      const MeshGuess guess{unit, up, unit == body.unit ? alike.unit_reason : "then it fits the body",
-                            up == body.up ? alike.up_reason : "then it fits the body"};
-      if (sheet && up != body.up) continue;                       // it fits around nothing
-      if (unit == LengthUnit::dm && unit != body.unit) continue;  // only figures come in decimetres
-      const bool inch = unit == LengthUnit::inch;
+      const MeshGuess guess{unit, up, unit == body.unit ? alike.unit_reason : fits,
+                            up == body.up ? alike.up_reason : fits};
+      if (sheet && up != body.up) continue;  // it fits around nothing
+      const bool inch = unit == LengthUnit::inch, rare = inch || (unit == LengthUnit::dm && unit != body.unit);
       const double off = misfit(upright_box(file_box, guess), around, sheet) + dwarfish(file_box, guess) +
-                         (up == UpAxis::x ? 0.1 : 0) + (inch ? 0.1 : 0);
+                         (up == UpAxis::x ? 0.1 : 0) + (rare ? 0.1 : 0);
       if (off >= least || (inch && off > rare_unit)) continue;
       least = off;
       best = guess;
     }
+  constexpr double poor = 1.5;  // misfit
+  for (std::string* reason : {&best.unit_reason, &best.up_reason})
+    if (least > poor && *reason == fits) *reason = "which fits the body best, but not well";
   return best;
 }
 

@@ -239,7 +239,7 @@ FileMesh mesh_of(const PolygonFile& file, const std::string& name) {
   mesh.left_out = result.division.left_out(file, name);
   if (mesh.triangles.empty())
     throw SetupError("mesh file '" + name + "': it holds no triangles: " +
-                     (!mesh.left_out.empty() ? mesh.left_out
+                     (!mesh.left_out.empty() ? "all its faces have no area or name a point twice"
                       : file.points.empty()  ? "no points or faces were found in it"
                       : file.face_end.empty()
                           ? fmt::format("{} points, but no faces; is the file complete?", file.points.size())

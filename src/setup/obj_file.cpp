@@ -14,9 +14,16 @@
 namespace drench {
 namespace {
 
+/// Old Macintosh programs end lines by a carriage return alone.
+std::string with_line_feeds(std::string text) {
+  if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
+  return text;
+}
+
 class ObjReader {
  public:
-  ObjReader(const std::string& path, bool names) : path_(path), file_(bytes_of_mesh(path)), with_names_(names) {
+  ObjReader(const std::string& path, bool names)
+      : path_(path), file_(with_line_feeds(bytes_of_mesh(path))), with_names_(names) {
     constexpr std::array<int, 3> byte_order_mark{0xef, 0xbb, 0xbf};
     for (const int byte : byte_order_mark)
       if (file_.peek() == byte) file_.get();

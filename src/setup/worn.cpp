@@ -146,7 +146,7 @@ class PlaceSearch {
   std::vector<Vector3d> some_, all_;  // m: nodes
 };
 
-constexpr double few_inside = 0.02;  // of the nodes
+constexpr double few_inside = 0.02, many_inside = 0.1;  // of the nodes
 
 /// Does the body wear a garment where it is: does it go around a part of the body with hardly a node inside it?
 bool is_worn(const Fitting& f) { return f.around && f.given.inside <= few_inside; }
@@ -219,6 +219,7 @@ std::optional<Fitting> fit_to(const Garment& garment, const SurfaceMesh& file, c
     // A garment that is both turned and moved has to fit well: a tube can be put over any corner of a body.
     if (other.moved && other.moved->inside > few_inside) other.moved.reset();
     if (!other.around && !other.moved) continue;
+    if (!other.moved && other.given.inside > many_inside) continue;  // it fits no better than before
     if (misfit(other) < std::min(misfit(best), much_less * misfit(suggested))) best = std::move(other);
   }
   if (best.garment.guess.up == garment.guess.up && !best.moved) return std::nullopt;
