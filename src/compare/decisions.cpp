@@ -11,6 +11,7 @@
 #include "setup/body_geometry.hpp"
 #include "setup/deforming_body.hpp"
 #include "setup/point_grid.hpp"
+#include "state/domain_border.hpp"
 
 namespace drench {
 namespace {
@@ -271,11 +272,12 @@ class Ends {
 
   Vector3d off_border(Vector3d end) const {
     const Vector3d begin = end;
+    const Box border = domain_border(model_);
     const double slack = rounding(end);
     for (int a = 0; a < 3; ++a) {
       const auto k = static_cast<std::size_t>(a);
-      if (std::fabs(end[a] - model_.scene.domain.min[k]) <= slack) end[a] = model_.scene.domain.min[k] + 4 * slack;
-      if (std::fabs(end[a] - model_.scene.domain.max[k]) <= slack) end[a] = model_.scene.domain.max[k] - 4 * slack;
+      if (std::fabs(end[a] - border.min[k]) <= slack) end[a] = border.min[k] + 4 * slack;
+      if (std::fabs(end[a] - border.max[k]) <= slack) end[a] = border.max[k] - 4 * slack;
     }
     return end - begin;
   }

@@ -11,6 +11,7 @@
 
 #include "base/eigen_vec.hpp"
 #include "stage_compare.hpp"
+#include "state/domain_border.hpp"
 #include "states.hpp"
 
 namespace drench::test {
@@ -283,7 +284,7 @@ TEST(decisions, liquid_that_arrives_at_the_border) {
         std::mt19937 random(7);
         for (std::size_t i = 0; i < s.fluid_position.size(); i += 2) {
           Vector3d end = to_eigen(s.fluid_position[i]);
-          end[1] = model.scene.domain.max[1];
+          end[1] = domain_border(model).max[1];
           s.fluid_velocity[i] = velocity_to(s.fluid_position[i], end, dt, random);
         }
         for (Vec3& v : s.node_velocity) v = {0.3, 0.2, -0.1};
