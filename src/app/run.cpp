@@ -123,6 +123,7 @@ class Run {
       const std::string kept = last_checkpoint(), what = cause_of(e);
       log_.write(fmt::format("stopped at step {}: {}{}", pipeline_.step_index(), what, kept));
       report();
+      if (kept.empty() && what == e.what()) throw;  // what is wrong in a file of the scene keeps its kind
       throw std::runtime_error(what + kept);
     }
     progress.finish();

@@ -332,7 +332,7 @@ TEST_F(Failure, AParticleThatGoesThroughClothIsAWarning) {
   });
   EXPECT_EQ(o.code, 0) << o.err;
   const std::regex line(
-      fmt::format("warning: step 1\\d \\(t = 0.02\\d* s\\): 1 particles passed through intact cloth, the first "
+      fmt::format("warning: step 1\\d \\(t = 0.02\\d* s\\): 1 particle passed through intact cloth, the first "
                   "with id {}\n",
                   state_.fluid_id.at(5)));
   EXPECT_TRUE(std::regex_search(log(), line)) << log();
@@ -356,7 +356,7 @@ bodies:
 )");
   const Outcome o = run_drench(here(), {"run", "press.yaml", "-o", "o", "--quiet"});
   EXPECT_EQ(o.code, 0) << o.err;
-  EXPECT_NE(log().find(" particles passed through intact cloth, the first with id "), std::string::npos) << log();
+  EXPECT_NE(log().find(" passed through intact cloth, the first with id "), std::string::npos) << log();
 }
 
 TEST_F(Failure, AFolderWithNothingButTheFirstFileUnfinishedIsOverwritten) {
