@@ -223,7 +223,7 @@ cloth:
     friction: 0.4
 bodies: [{{mesh: {{file: {}}}}}]
 )",
-                                     file("restarted_shirt", shirt_mesh(30)), file("restarted_form", form_mesh(40))),
+                                     file("restarted_shirt", shirt_mesh(20)), file("restarted_form", form_mesh(40))),
                          40);
   expect(h.fall < 0.5 * 9.81 * 40 * 0.004, "contact");
 }
