@@ -140,10 +140,10 @@ MeshGuess guess_beside(const Box& file_box, const Box& body_file_box, const Mesh
     for (const UpAxis up : {UpAxis::y, UpAxis::z, UpAxis::x}) {
       const MeshGuess guess{unit, up, unit == body.unit ? alike.unit_reason : fits,
                             up == body.up ? alike.up_reason : fits};
-      if (sheet && up != body.up) continue;  // it fits around nothing
-      const bool inch = unit == LengthUnit::inch, rare = inch || (unit == LengthUnit::dm && unit != body.unit);
+      const bool inch = unit == LengthUnit::inch, decimetres = unit == LengthUnit::dm && unit != body.unit;
+      if (sheet && (decimetres || up != body.up)) continue;  // it fits around nothing
       const double off = misfit(upright_box(file_box, guess), around, sheet) + dwarfish(file_box, guess) +
-                         (up == UpAxis::x ? 0.1 : 0) + (rare ? 0.1 : 0);
+                         (up == UpAxis::x ? 0.1 : 0) + (inch || decimetres ? 0.1 : 0);
       if (off >= least || (inch && off > rare_unit)) continue;
       least = off;
       best = guess;

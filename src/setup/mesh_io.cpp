@@ -238,12 +238,13 @@ FileMesh mesh_of(const PolygonFile& file, const std::string& name) {
   mesh.triangles = result.division.triangles;
   mesh.left_out = result.division.left_out(file, name);
   if (mesh.triangles.empty())
-    throw SetupError("mesh file '" + name + "': it holds no triangles: " +
-                     (!mesh.left_out.empty() ? "all its faces have no area or name a point twice"
-                      : file.points.empty()  ? "no points or faces were found in it"
-                      : file.face_end.empty()
-                          ? fmt::format("{} points, but no faces; is the file complete?", file.points.size())
-                          : "its faces have fewer than three corners"));
+    throw SetupError(
+        "mesh file '" + name + "': it holds no triangles: " +
+        (!mesh.left_out.empty() ? "all its faces have no area or name a point twice" +
+                                      mesh.left_out.substr(std::min(mesh.left_out.size(), mesh.left_out.rfind("; ")))
+         : file.points.empty()   ? "no points or faces were found in it"
+         : file.face_end.empty() ? fmt::format("{} points, but no faces; is the file complete?", file.points.size())
+                                 : "its faces have fewer than three corners"));
   if (!file.note.empty()) mesh.left_out += (mesh.left_out.empty() ? "" : "; ") + file.note;
   const auto edges = file.facets ? mesh_edges(mesh.triangles) : std::vector<MeshEdge>{};
   if (std::any_of(edges.begin(), edges.end(), [](const MeshEdge& e) { return e.triangles > 2; })) {

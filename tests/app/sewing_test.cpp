@@ -365,7 +365,8 @@ TEST(MeshGuess, TellsUpFromTheGroundAndFromTheSides) {
 TEST(MeshGuess, OfABodyKnowsPersonsInDecimetres) {
   EXPECT_EQ(guess_of_body({{-5, -8.3, -1}, {5, 8.4, 1}}).unit, LengthUnit::dm);
   EXPECT_FALSE(guess_of_body({{-5, -8.3, -1}, {5, 8.4, 1}}).unit_reason.empty());
-  EXPECT_EQ(guess_of({{-5, -8.3, -1}, {5, 8.4, 1}}).unit, LengthUnit::cm);
+  EXPECT_EQ(guess_of({{-5, -8.3, -1}, {5, 8.4, 1}}).unit, LengthUnit::dm) << "a dress; in cm it would fit a doll";
+  EXPECT_EQ(guess_of({{-10, 0, -1}, {10, 25, 1}}).unit, LengthUnit::cm);
   EXPECT_EQ(guess_of_body({{-50, -83, -10}, {50, 84, 10}}).unit, LengthUnit::cm);
   EXPECT_EQ(guess_of_body({{-0.5, -0.83, -0.1}, {0.5, 0.84, 0.1}}).unit, LengthUnit::m);
 }
@@ -383,6 +384,7 @@ TEST(MeshGuess, FitsAGarmentToItsBody) {
     return out;
   };
   EXPECT_EQ(guess_beside(shirt, person, body).unit, LengthUnit::m);
+  EXPECT_EQ(guess_beside(scaled(shirt, 10), person, body).unit, LengthUnit::dm);
   EXPECT_EQ(guess_beside(scaled(shirt, 100), person, body).unit, LengthUnit::cm);
   EXPECT_EQ(guess_beside(scaled(shirt, 1000), person, body).unit, LengthUnit::mm);
   EXPECT_EQ(guess_beside(scaled(shirt, 1 / 0.0254), person, body).unit, LengthUnit::inch);
