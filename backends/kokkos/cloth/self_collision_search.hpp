@@ -118,7 +118,7 @@ KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, 
     if (at < room) list(at) = {a + lane, b + __ffs(static_cast<int>(found)) - 1};
 #else
   (void)lane;
-  // Only items that meet the other cluster's box are compared, and room in the list is taken once per couple.
+  // Only items that meet the other cluster's box are compared, and room in the list is taken once per item.
   const PathBox around_a = s.box(around + clusters.first), around_b = s.box(around + clusters.second);
   Index theirs[width], count = 0;
   ListedBoxes boxes;
@@ -128,21 +128,20 @@ KOKKOS_INLINE_FUNCTION void compare(const Collision& s, const Couple& clusters, 
     boxes.set(count, box);
     count += box.meets(around_a) ? 1 : 0;
   }
-  Couple hit[width * width];
-  Index hits = 0;
   for (Index i = a; i < a + width && count > 0; ++i) {
     const PathBox own = s.box(first + i);
     if (!own.meets(around_b)) continue;
+    Index hit[width], hits = 0;
     boxes.compare(own);
     for (Index k = 0; k < count; ++k) {
       const Index j = theirs[k];
-      hit[hits] = {i, j};
+      hit[hits] = j;
       hits += boxes.meets[k] != 0 && (!one || i < j || (same && i == j)) ? 1 : 0;
     }
+    if (hits == 0) continue;
+    const Index at = Kokkos::atomic_fetch_add(&s.counter(counter), hits);
+    for (Index k = 0; k < hits && at + k < room; ++k) list(at + k) = {i, hit[k]};
   }
-  if (hits == 0) return;
-  const Index at = Kokkos::atomic_fetch_add(&s.counter(counter), hits);
-  for (Index k = 0; k < hits && at + k < room; ++k) list(at + k) = hit[k];
 #endif
 }
 
