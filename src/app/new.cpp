@@ -97,6 +97,9 @@ int new_command(const NewOptions& options) {
   check_output(options.output);
   if (options.body_prim && options.body.empty())
     throw ExportError("--body-prim: applies only with --body FILE; add it");
+  if (std::error_code unknown; !options.mesh.empty() && !options.body.empty() && !options.prim && !options.body_prim &&
+                               std::filesystem::equivalent(options.mesh, options.body, unknown))
+    throw ExportError(fmt::format("--body {}: it is the garment's file too; name the file of the body", options.body));
   const ImportedMesh mesh = mesh_of(options.mesh, options.prim), body = mesh_of(options.body, options.body_prim);
   if (!mesh.sequence.empty())
     fmt::print(stderr,

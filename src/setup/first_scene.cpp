@@ -383,22 +383,23 @@ double place_with_body(Suggestion& s, const std::string& body_file, std::vector<
     choose_jet(s, exact_distance(body));
     constexpr double many = 0.1;  // of the nodes
     if (const double inside = rate_place(s.garment, body).inside; inside > many)
-      warnings.push_back(
-          fmt::format("{:.0f} % of the cloth's nodes are inside the body, also at the best place that was found: the "
-                      "garment may be "
-                      "too small for this body (scale), or set place of the cloth (position, rotate), and unit and up "
-                      "of both meshes",
-                      100 * inside));
+      warnings.push_back(fmt::format(
+          "{:.0f} % of the cloth's nodes are inside the body, also at the best place that was found: the garment may "
+          "be too small for this body (scale), or set place of the cloth (position, rotate), and unit and up of both "
+          "meshes",
+          100 * inside));
   }
   const bool sheet = s.garment.flat && s.garment.open, around_it = surrounds(s.garment, body.mesh_points),
              falls = falls_freely(setup.model, setup.model.cloths.front());
   s.pinned = falls || (!sheet && !around_it);
-  if (!sheet && !around_it)
+  if (!s.garment.open)
     warnings.push_back(
-        fmt::format("no part of the body is inside the garment, which is {:.2g} m long, the body {:.2g} m: check unit "
-                    "and up of both "
-                    "meshes, and the place of the cloth",
-                    s.garment.size, longest_side(body.mesh_points)));
+        fmt::format("{}: the mesh of the garment is closed; if it is the body, interchange the files", s.mesh));
+  if (!sheet && !around_it)
+    warnings.push_back(fmt::format(
+        "no part of the body is inside the garment, which is {:.2g} m long, the body {:.2g} m: check unit and up of "
+        "both meshes, and the place of the cloth",
+        s.garment.size, longest_side(body.mesh_points)));
   if (const std::size_t pieces = around_it && !s.pinned ? pieces_beside(s.garment, body.mesh_points) : 0; pieces > 0)
     warnings.push_back(fmt::format(
         "the garment is in {} pieces that are not sewn together, and none of them goes around the body by itself: they "

@@ -33,7 +33,7 @@ void guess_unit(const Box& box, MeshGuess& guess) {
     guess.unit = LengthUnit::cm;
   else if (size > largest_in_metres)
     guess.unit = LengthUnit::dm;
-  if (guess.unit != LengthUnit::m) guess.unit_reason = fmt::format("it is {:.3g} units long", size);
+  if (guess.unit != LengthUnit::m) guess.unit_reason = fmt::format("it is {:.4g} units long", size);
 }
 
 void guess_up(const Box& box, MeshGuess& guess) {

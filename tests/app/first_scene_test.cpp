@@ -173,6 +173,23 @@ TEST_F(NewScene, OnABodyNeedsNoPinAndTakesUnitsAndAxesOfBoth) {
   EXPECT_TRUE(other.cloths[0].pins.empty());
 }
 
+TEST_F(NewScene, SaysWhereGarmentAndBodyDoNotBelongTogether) {
+  write_text(here() / "garment.obj", tube(0.6, 1));
+  write_text(here() / "body.obj", figure(0.6));
+  const auto of = [&](const char* mesh, const char* body) { return drench({"new", mesh, "--body", body}); };
+  const Outcome same = of("body.obj", "./body.obj");
+  EXPECT_EQ(same.code, 2);
+  EXPECT_NE(same.err.find("it is the garment's file too"), std::string::npos) << same.err;
+  EXPECT_EQ(drench({"new", ""}).code, 2);
+  EXPECT_EQ(of("garment.obj", "").code, 2);
+  const Outcome interchanged = of("body.obj", "garment.obj");
+  EXPECT_NE(interchanged.err.find("is closed; if it is the body, interchange the files"), std::string::npos)
+      << interchanged.err;
+  const Outcome mesh = drench({"check", "garment.obj"});
+  EXPECT_EQ(mesh.code, 2);
+  EXPECT_NE(mesh.err.find("is a mesh, not a scene"), std::string::npos) << mesh.err;
+}
+
 TEST_F(NewScene, OnAnAnimatedBodyFollowsItsFiles) {
   write_text(here() / "garment.obj", tube(0.6, 1));
   for (const char* name : {"body_0.obj", "body_1.obj", "body_2.obj"}) write_text(here() / name, figure(0.6));
