@@ -76,8 +76,9 @@ def points(path):
 class Scenes(Case):
     def imported(self, name, text):
         """The imported scene's file, and what the command printed."""
-        said = drench("import", self.write(name, text), "-o", self.folder / "out").stdout
-        return self.folder / "out" / (Path(name).stem + ".yaml"), said
+        scene = self.folder / "out" / (Path(name).stem + ".yaml")
+        scene.unlink(missing_ok=True)  # it is not overwritten
+        return scene, drench("import", self.write(name, text), "-o", self.folder / "out").stdout
 
     def ran(self, scene, *words):
         drench("run", scene, "-o", self.folder / "run", "--overwrite", *words)
@@ -125,6 +126,7 @@ class LibWetCloth(Scenes):
     def test_wicking(self):
         """Suction P = 2 φ/(1 − φ) γ cos θ / r with r = d/2 √((1 − φ)/φ); P/(ρ g) high; D = (1 − φ) k P/μ."""
         scene, _ = self.imported("wick.xml", HEAD + SPHERE + SPACE + particles() + faces() + "</scene>")
+        rejects("wick.yaml: exists", "import", self.folder / "wick.xml", "-o", self.folder / "out")
         folder = self.ran(scene, "--steps", "1")
         suction = 2 * 0.4 / 0.6 * 72 * math.cos(math.radians(40.8)) / (0.005 * math.sqrt(1.5))
         self.near(self.value(folder, "capillary_height"), suction / (0.9 * 981) * 0.01)
