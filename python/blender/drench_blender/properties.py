@@ -9,7 +9,7 @@ from bpy.props import (BoolProperty, EnumProperty, FloatProperty, FloatVectorPro
 ROLES = (("NONE", "None", "This object takes no part in the simulation"),
          ("CLOTH", "Cloth", "A surface of fabric. Its mesh at the first frame is simulated"),
          ("LIQUID", "Liquid", "Liquid that fills this object at the first frame"),
-         ("EMITTER", "Emitter", "A nozzle or spray at the origin of this object, its faces, or rain from its rectangle"),
+         ("EMITTER", "Emitter", "A nozzle or spray at the origin of this object, its faces, or rain from it"),
          ("COLLIDER", "Collider", "A solid that liquid and cloth touch; it may be animated"))
 RELATIVE = {"options": {"PATH_SUPPORTS_BLEND_RELATIVE"}} if bpy.app.version >= (4, 5, 0) else {}
 # Kinematic viscosity, m²/s, and surface tension, N/m, at 20 °C.
