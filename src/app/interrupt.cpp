@@ -18,7 +18,8 @@ void on_interrupt(int signal) {
   request_stop();
   std::signal(signal, SIG_DFL);
   constexpr std::string_view answer =
-      "\ndrench: stopping once the current frame is complete; Ctrl-C or a second signal ends the program at once\n";
+      "\ndrench: stopping after this step and the frame that is being written; a second signal (Ctrl-C) ends the "
+      "program at once\n";
   // write is one of the few functions that a signal handler may call.
   if (speaks && write(STDERR_FILENO, answer.data(), answer.size()) < 0) return;
 }

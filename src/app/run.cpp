@@ -45,8 +45,9 @@ void print_line(std::FILE* to, const std::string& text) {
 /// What the user reads of an exception that is not a RunFailure.
 std::string cause_of(const std::exception& e) {
   const std::string what = e.what();
-  if (dynamic_cast<const std::bad_alloc*>(&e) == nullptr && what.find("failed to allocate") == std::string::npos)
-    return what;
+  // Some versions of Kokkos throw a std::runtime_error, of which this is a part.
+  const bool of_kokkos = what.find("failed to allocate") != std::string::npos;
+  if (dynamic_cast<const std::bad_alloc*>(&e) == nullptr && !of_kokkos) return what;
   return "out of memory: use a larger fluid.spacing, or emitters with less liquid";
 }
 
@@ -483,9 +484,8 @@ int run_command(const RunOptions& options, const Communicator* ranks) {
     setup.state = std::move(resume->checkpoint.state);
     memory = foresee_memory(setup, budget);
   }
-  const InterruptGuard guard(
-      !options.quiet &&
-      (!ranks || ranks->rank() == 0));  // before, nothing would be lost: a signal ends the program at once
+  // Before, nothing would be lost: a signal ends the program at once.
+  const InterruptGuard guard(!options.quiet && (!ranks || ranks->rank() == 0));
   return Run(options, setup, *backend, memory, resume ? &*resume : nullptr, ranks).execute();
 }
 

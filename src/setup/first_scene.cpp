@@ -107,15 +107,8 @@ void choose_fabric(Suggestion& s, std::vector<std::string>& warnings) {
   if (const double thickest = 0.45 * s.garment.least_height; thickest < s.thickness) {
     const double thinner = neat(0.95 * thickest);
     if (thinner >= 2e-4) {
-      if (!s.fabric.empty())
-        warnings.push_back(fmt::format(
-            "{}: its smallest triangle is {:.2g} m high, so that the thickness is {} m, and not {} m as of {}; it "
-            "holds less water than that fabric. A mesh with more regular triangles, or self_collision: false, allows "
-            "the whole thickness",
-            s.mesh, s.garment.least_height, thinner, s.thickness, s.fabric));
       s.whole_thickness = s.thickness;
       s.thickness = thinner;
-      s.thinner = true;
     } else {
       s.self_collision = false;
       warnings.push_back(fmt::format(
@@ -226,11 +219,9 @@ Setup set_up(Suggestion& s, std::vector<std::string>& warnings, FilledBodies& fi
   } catch (const SetupError& error) {
     if (!s.self_collision) throw;
     s.self_collision = false;
-    if (s.whole_thickness > 0) {  // it was thinner for the sake of self_collision
-      std::erase_if(warnings, [](const std::string& w) { return w.find("so that the thickness is") != w.npos; });
+    if (s.whole_thickness > 0) {
       s.capacity *= s.whole_thickness / s.thickness;
       s.thickness = std::exchange(s.whole_thickness, 0.0);
-      s.thinner = false;
     }
     Setup setup = build_text(text_of(s, false), filled);
     warnings.push_back(fmt::format("self_collision is off: {}", error.what()));
@@ -437,6 +428,13 @@ FirstScene first_scene(const FirstSceneFor& wanted, const TrySteps& trial) {
     choose_domain(s);
   }
   choose_step(s, result.warnings, filled);
+  if (s.whole_thickness > 0 && !s.fabric.empty())
+    result.warnings.push_back(fmt::format(
+        "{}: its smallest triangle is {:.2g} m high, so that the thickness is {} m, and not {} m as of {}; it holds "
+        "less "
+        "water than that fabric. A mesh with more regular triangles, or self_collision: false, allows the whole "
+        "thickness",
+        s.mesh, s.garment.least_height, s.thickness, s.whole_thickness, s.fabric));
   if (s.bend < bends[0])
     result.warnings.push_back(
         fmt::format("{}: its smallest triangle is {:.2g} m high and its edges are {:.2g} m: bend is {}, because the "

@@ -26,8 +26,7 @@ struct Suggestion {
   Garment garment;
   double spacing = 0, thickness = 0.001, bend = 1e-4, step = 0.004, every = 0.02, end = 1;
   double solid_fraction = 0.6;  // 1
-  bool thinner = false;         // than the fabric, for the sake of self_collision
-  double whole_thickness = 0;   // m: where it is thinner
+  double whole_thickness = 0;   // m: of the fabric, where `thickness` is less for the sake of self_collision; else 0
   std::optional<Vec3> warp;     // where the fabric has one and the mesh does not give it
   bool self_collision = false;
   int settle = ClothScene{}.settle;

@@ -91,7 +91,7 @@ std::string fabric_lines(const Suggestion& s) {
           ? fmt::format("    fabric: {}   # {}; drench check prints its values\n", written(s, s.fabric),
                         kind_of_path(s, s.fabric))
           : fmt::format("    fabric: {:<25} # drench check prints its values; a key below replaces one\n", s.fabric);
-  if (s.thinner)
+  if (s.whole_thickness > 0)
     lines +=
         fmt::format("    thickness: {:<22} # m; the fabric's is too thick for the smallest triangle\n", s.thickness);
   if (s.warp)
