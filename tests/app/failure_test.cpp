@@ -320,28 +320,16 @@ TEST_F(Failure, SolidsThatOverlapWithClothBetweenThemAreNamed) {
   EXPECT_NE(log().find("): leave room for the cloth between them"), std::string::npos) << log();
 }
 
-/// A cloth that is thrown, and a motor that turns a wheel: what the scene itself drives is no runaway.
-TEST_F(Failure, WhatTheSceneDrivesIsWithinTheLimits) {
+/// A cloth that is thrown: what the scene itself drives is no runaway.
+TEST_F(Failure, ThrownClothIsWithinTheLimits) {
   write_text(here() / "thrown.yaml", R"(drench: 1
 time: {step: 0.004, end: 1}
-gravity: [0, 0, 0]
-domain: {min: [-1, -1, -1], max: [1, 1, 1]}
-cloth: [{grid: {size: [0.1, 0.1], nodes: [51, 51]}, velocity: [10, 0, 0]}]
+cloth:
+  - mesh: {grid: {size: [0.2, 0.2], nodes: [101, 101]}}
+    velocity: [10, 0, 0]
 )");
-  write_text(here() / "motor.yaml", R"(drench: 1
-time: {step: 0.002, end: 1}
-gravity: [0, 0, 0]
-domain: {min: [-1, -1, -1], max: [1, 1, 1]}
-fluid:
-  spacing: 0.05
-  sources: [{block: {min: [-0.9, -0.9, -0.9], max: [-0.8, -0.8, -0.8]}}]
-bodies: [{name: rotor, box: {min: [-0.2, -0.2, -0.2], max: [0.2, 0.2, 0.2], dynamic: true, density: 2000}}]
-joints: [{hinge: {body: rotor, point: [0, 0, 0], axis: [0, 1, 0], motor: {degrees_per_second: -7200, torque: 1.0e6}}}]
-)");
-  for (const char* scene : {"thrown.yaml", "motor.yaml"}) {
-    const Outcome o = run_drench(here(), {"run", scene, "--steps", "5", "--no-output"});
-    EXPECT_EQ(o.code, 0) << scene << ": " << o.err;
-  }
+  const Outcome o = run_drench(here(), {"run", "thrown.yaml", "--steps", "2", "--no-output"});
+  EXPECT_EQ(o.code, 0) << o.err;
 }
 
 /// Two sheets without self-collision meet within a step, with a particle between them.
